@@ -1,0 +1,5 @@
+//! The `takt` program; see `takt --help`.
+
+fn main() -> std::process::ExitCode {
+    takt::cli::main()
+}
