@@ -1,1 +1,5 @@
-//! math
+//! Numbers: polynomials and their exact extrema, lanes, seeded random streams.
+
+pub mod lanes;
+pub mod polynomial;
+pub mod random;

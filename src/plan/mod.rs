@@ -1,1 +1,7 @@
-//! plan
+//! From a `PlanRequest` to a `PlanResult`.
+
+mod request;
+mod result;
+
+pub use request::*;
+pub use result::*;

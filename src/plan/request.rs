@@ -1,0 +1,386 @@
+//! What a user asks for.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use utoipa::ToSchema;
+
+use crate::fault::{Faults, read};
+use crate::robot::RobotDescription;
+
+/// A planning job's content: which robot, what to plan, within which limits.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+pub struct PlanRequest {
+    /// A catalogue or registered robot by name, or a robot object inline.
+    pub robot: RobotRef,
+    /// What to plan.
+    pub task: Task,
+    /// Seed of every random stream. Equal request and seed give equal results.
+    #[serde(default)]
+    pub seed: u64,
+    /// Limits that replace the robot's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub limits: Option<LimitOverrides>,
+    /// Factors on the limits, after `limits` replaced them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub limit_scale: Option<LimitScale>,
+}
+
+/// A robot by name or in full.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[serde(untagged)]
+pub enum RobotRef {
+    /// Catalogue or registered name.
+    Name(String),
+    /// The robot itself.
+    Inline(Box<RobotDescription>),
+}
+
+/// What to plan.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[serde(tag = "type", rename_all = "snake_case")]
+pub enum Task {
+    /// Pass through joint waypoints in the least time.
+    Waypoints(WaypointsTask),
+    /// Several tasks in order.
+    Program(ProgramTask),
+}
+
+/// The names of all tasks, as `type` takes them.
+pub const TASKS: &[&str] = &["waypoints", "program"];
+
+/// Pass through joint waypoints in the least time, at rest at both ends.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct WaypointsTask {
+    /// At least two configurations in joint order; rad or m.
+    pub waypoints: Vec<Vec<f64>>,
+    /// Interpolation by registry name.
+    #[serde(default = "default_interpolation")]
+    pub interpolation: String,
+    /// One clock for all joints, or each joint alone.
+    #[serde(default)]
+    pub clock: Clock,
+    /// Optimizer by registry name, with its parameters.
+    #[serde(default)]
+    pub optimizer: OptimizerChoice,
+    /// What becomes of a candidate that breaks a limit.
+    #[serde(default)]
+    pub constraint_handling: ConstraintHandling,
+    /// Which limits the optimizer minds; the certificate always checks all.
+    #[serde(default)]
+    pub constraints: Constraints,
+    /// Search range of each segment's duration, s; default: derived from the problem.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub durations: Option<DurationRange>,
+    /// Total duration wanted; default: as short as possible.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub duration: Option<DurationGoal>,
+}
+
+fn default_interpolation() -> String {
+    "quintic".to_owned()
+}
+
+/// Several tasks, one after the other; each starts where the one before ended.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+pub struct ProgramTask {
+    /// The legs in order.
+    pub legs: Vec<Leg>,
+}
+
+/// One leg of a program.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+pub struct Leg {
+    /// Name, unique within the program.
+    pub name: String,
+    /// What to plan; not a program again.
+    pub task: WaypointsTask,
+}
+
+/// How segment durations are shared between joints.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Clock {
+    /// All joints at once.
+    #[default]
+    Shared,
+    /// Each joint alone, then per segment the largest time over the joints,
+    /// stretched where that breaks a limit (the papers' way).
+    PerJoint,
+}
+
+/// What becomes of a candidate that breaks a limit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ConstraintHandling {
+    /// All durations are scaled to the smallest lawful multiple.
+    #[default]
+    RepairUniform,
+    /// Segments over a limit are stretched, up to four sweeps, then uniform repair.
+    RepairSegment,
+    /// The excess is added to the fitness.
+    Penalty,
+    /// The candidate never becomes a best.
+    Reject,
+}
+
+/// Which limits the optimizer minds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Constraints {
+    /// Velocity, acceleration and jerk.
+    #[default]
+    Full,
+    /// Velocity alone, for reproducing papers; the result may be unlawful and says so.
+    VelocityOnly,
+}
+
+/// Search range of one segment's duration, s.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DurationRange {
+    /// Shortest, s.
+    pub min: f64,
+    /// Longest, s.
+    pub max: f64,
+}
+
+/// A wish for the total duration.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum DurationGoal {
+    /// Exactly this long, s; fails if the limits need longer.
+    Exactly(f64),
+    /// As short as possible; fails if that is longer than this, s.
+    AtMost(f64),
+}
+
+/// An optimizer and its parameters, as its registry entry lists them.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct OptimizerChoice {
+    /// Registry name.
+    pub name: String,
+    /// Parameters that differ from their defaults.
+    #[serde(flatten)]
+    pub parameters: BTreeMap<String, Value>,
+}
+
+impl Default for OptimizerChoice {
+    fn default() -> Self {
+        Self { name: "exact".to_owned(), parameters: BTreeMap::new() }
+    }
+}
+
+/// Limits that replace the robot's. A field left out keeps the robot's, `null`
+/// removes it, a number holds for all joints, a list names one value (or
+/// `null`) per joint.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct LimitOverrides {
+    /// Lower position limits, rad or m.
+    #[serde(skip_serializing_if = "LimitOverride::is_keep")]
+    pub lower: LimitOverride,
+    /// Upper position limits, rad or m.
+    #[serde(skip_serializing_if = "LimitOverride::is_keep")]
+    pub upper: LimitOverride,
+    /// Velocity limits, rad/s or m/s.
+    #[serde(skip_serializing_if = "LimitOverride::is_keep")]
+    pub velocity: LimitOverride,
+    /// Acceleration limits, rad/s² or m/s².
+    #[serde(skip_serializing_if = "LimitOverride::is_keep")]
+    pub acceleration: LimitOverride,
+    /// Jerk limits, rad/s³ or m/s³.
+    #[serde(skip_serializing_if = "LimitOverride::is_keep")]
+    pub jerk: LimitOverride,
+}
+
+/// One kind of limit, replaced or kept.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(from = "Option<LimitValues>", into = "Option<LimitValues>")]
+#[schema(as = Option<LimitValues>)]
+pub enum LimitOverride {
+    /// The robot's own limits hold.
+    #[default]
+    Keep,
+    /// No limit of this kind.
+    Remove,
+    /// These limits hold.
+    Replace(LimitValues),
+}
+
+impl LimitOverride {
+    /// True if the robot's own limits hold.
+    pub fn is_keep(&self) -> bool {
+        matches!(self, Self::Keep)
+    }
+}
+
+impl From<Option<LimitValues>> for LimitOverride {
+    fn from(values: Option<LimitValues>) -> Self {
+        values.map_or(Self::Remove, Self::Replace)
+    }
+}
+
+impl From<LimitOverride> for Option<LimitValues> {
+    fn from(limit: LimitOverride) -> Self {
+        match limit {
+            LimitOverride::Replace(values) => Some(values),
+            LimitOverride::Keep | LimitOverride::Remove => None,
+        }
+    }
+}
+
+/// One value for all joints, or one per joint.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(untagged, expecting = "expected a number, a list with a number or null per joint, or null")]
+pub enum LimitValues {
+    /// The same for every joint.
+    All(f64),
+    /// One per joint; `null` is no limit.
+    PerJoint(Vec<Option<f64>>),
+}
+
+/// Factors in (0, 1] on the limits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct LimitScale {
+    /// Factor on the velocity limits.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub velocity: Option<f64>,
+    /// Factor on the acceleration limits.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub acceleration: Option<f64>,
+    /// Factor on the jerk limits.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub jerk: Option<f64>,
+}
+
+/// [`PlanRequest`] before its parts that stand for several types are read.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawPlanRequest {
+    robot: Value,
+    task: Value,
+    #[serde(default)]
+    seed: u64,
+    #[serde(default)]
+    limits: Option<LimitOverrides>,
+    #[serde(default)]
+    limit_scale: Option<LimitScale>,
+}
+
+impl PlanRequest {
+    /// Reads a request; the structure only, see
+    /// [`validate`](super::validate()) for its meaning.
+    ///
+    /// # Errors
+    ///
+    /// Every field that is missing, unknown or of the wrong type.
+    pub fn parse(value: Value) -> Result<Self, Faults> {
+        let mut faults = Faults::default();
+        // The two members of several types are read apart, so that their
+        // faults are found even where others stand beside them.
+        let members = (value.get("robot").cloned(), value.get("task").cloned());
+        let raw = read::<RawPlanRequest>(value, "", &mut faults);
+        let robot = members.0.and_then(|value| RobotRef::parse(value, "/robot", &mut faults));
+        let task = members.1.and_then(|value| Task::parse(value, "/task", &mut faults));
+        match (raw, robot, task) {
+            (Some(raw), Some(robot), Some(task)) => faults.into_result(Self {
+                robot,
+                task,
+                seed: raw.seed,
+                limits: raw.limits,
+                limit_scale: raw.limit_scale,
+            }),
+            _ => Err(faults),
+        }
+    }
+}
+
+impl RobotRef {
+    /// Reads a name or a robot object that stands at `pointer`.
+    pub fn parse(value: Value, pointer: &str, faults: &mut Faults) -> Option<Self> {
+        match value {
+            Value::String(name) => Some(Self::Name(name)),
+            Value::Object(_) => {
+                read(value, pointer, faults).map(|robot| Self::Inline(Box::new(robot)))
+            }
+            _ => {
+                faults.add(pointer, "expected a robot's name or a robot object");
+                None
+            }
+        }
+    }
+}
+
+impl Task {
+    /// Reads the task that stands at `pointer`.
+    pub fn parse(mut value: Value, pointer: &str, faults: &mut Faults) -> Option<Self> {
+        match take_type(&mut value, pointer, faults)?.as_str() {
+            "waypoints" => read(value, pointer, faults).map(Self::Waypoints),
+            "program" => ProgramTask::parse(value, pointer, faults).map(Self::Program),
+            other => {
+                let known = TASKS.join(", ");
+                faults.add(format!("{pointer}/type"), format!("unknown task `{other}`; known: {known}"));
+                None
+            }
+        }
+    }
+
+    /// The task's name, as `type` gives it.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Waypoints(_) => "waypoints",
+            Self::Program(_) => "program",
+        }
+    }
+}
+
+/// Takes the member `type` out of a task object.
+fn take_type(value: &mut Value, pointer: &str, faults: &mut Faults) -> Option<String> {
+    let Value::Object(members) = value else {
+        faults.add(pointer, "expected a task object");
+        return None;
+    };
+    match members.shift_remove("type") {
+        Some(Value::String(name)) => Some(name),
+        Some(_) => {
+            faults.add(format!("{pointer}/type"), "expected the task's name as a string");
+            None
+        }
+        None => {
+            faults.add(format!("{pointer}/type"), "missing field `type`");
+            None
+        }
+    }
+}
+
+impl ProgramTask {
+    fn parse(value: Value, pointer: &str, faults: &mut Faults) -> Option<Self> {
+        #[derive(Deserialize)]
+        #[serde(deny_unknown_fields)]
+        struct Raw {
+            legs: Vec<RawLeg>,
+        }
+        #[derive(Deserialize)]
+        #[serde(deny_unknown_fields)]
+        struct RawLeg {
+            name: String,
+            task: Value,
+        }
+        let raw: Raw = read(value, pointer, faults)?;
+        let mut legs = Vec::with_capacity(raw.legs.len());
+        let count = raw.legs.len();
+        for (index, RawLeg { name, task }) in raw.legs.into_iter().enumerate() {
+            let place = format!("{pointer}/legs/{index}/task");
+            match Task::parse(task, &place, faults) {
+                Some(Task::Waypoints(task)) => legs.push(Leg { name, task }),
+                Some(Task::Program(_)) => faults.add(place, "a leg cannot be a program again"),
+                None => {}
+            }
+        }
+        (legs.len() == count).then_some(Self { legs })
+    }
+}
