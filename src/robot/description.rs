@@ -26,6 +26,7 @@ pub struct RobotDescription {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
     /// The joints, from the base to the tool; 1 to 32.
+    #[schema(min_items = 1, max_items = 32)]
     pub joints: Vec<Joint>,
     /// Link lengths and frames. Joint-space timing does without them.
     #[serde(default, skip_serializing_if = "Option::is_none")]

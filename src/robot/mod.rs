@@ -120,6 +120,32 @@ mod tests {
     }
 
     #[test]
+    fn defaults_fill_what_kinematics_leave_out() {
+        let robot = robot(json!({"joints": [{"name": "j", "type": "revolute"}],
+            "kinematics": {"convention": "standard_dh", "rows": [{"d": 0.1}]}}));
+        let kinematics = robot.description().kinematics.as_ref().unwrap();
+        assert_eq!(kinematics.rows, [DhRow { d: 0.1, ..DhRow::default() }]);
+        assert_eq!(kinematics.rows[0].sign, 1.0);
+        assert_eq!((&kinematics.base, &kinematics.tool), (&Pose::default(), &Pose::default()));
+    }
+
+    /// The schema is what clients are generated from.
+    #[test]
+    fn the_schema_asks_for_joints_alone_and_knows_every_word() {
+        let mut schemas = Vec::new();
+        <RobotDescription as utoipa::ToSchema>::schemas(&mut schemas);
+        let own = <RobotDescription as utoipa::PartialSchema>::schema();
+        assert_eq!(serde_json::to_value(own).unwrap()["required"], json!(["joints"]));
+        let named = |name: &str| {
+            let (_, schema) = schemas.iter().find(|(found, _)| found == name).unwrap();
+            serde_json::to_value(schema).unwrap()
+        };
+        assert_eq!(named("JointType")["enum"], json!(["revolute", "prismatic", "continuous"]));
+        assert_eq!(named("Joint")["required"], json!(["name", "type"]));
+        assert_eq!(named("Pose")["properties"]["orientation"]["maxItems"], 4);
+    }
+
+    #[test]
     fn unknown_fields_and_words_are_refused() {
         for (json, fault) in [
             (json!({"joints": [], "geometry": []}), "unknown field `geometry`"),

@@ -12,9 +12,11 @@ use utoipa::ToSchema;
 pub struct Pose {
     /// Position `[x, y, z]`, m; default the origin.
     #[serde(default)]
+    #[schema(min_items = 3, max_items = 3)]
     pub position: [f64; 3],
     /// Unit quaternion `[x, y, z, w]`; default no rotation.
     #[serde(default = "no_rotation")]
+    #[schema(min_items = 4, max_items = 4)]
     pub orientation: [f64; 4],
 }
 

@@ -8,6 +8,8 @@ use crate::fault::Faults;
 const MAX_NAME: usize = 64;
 /// Beyond this a length is surely not in metres.
 const MAX_LENGTH_M: f64 = 1000.0;
+/// Offsets are angles of a drawing: beyond a few turns they are surely degrees.
+const MAX_OFFSET_RAD: f64 = 8.0 * std::f64::consts::PI;
 /// How far from 1 the norm of a quaternion may be.
 const NORM_TOLERANCE: f64 = 1e-6;
 /// Limits beyond this cannot be meant, and their powers would overflow.
@@ -159,8 +161,7 @@ fn check_row(row: &DhRow, joint: &str, pointer: &str, faults: &mut Faults) {
         }
     }
     for (name, value) in [("alpha", row.alpha), ("theta", row.theta)] {
-        // Offsets are angles of a drawing: beyond a few turns they are degrees.
-        if !(value.abs() <= 4.0 * std::f64::consts::TAU) {
+        if !value.is_finite() || value.abs() > MAX_OFFSET_RAD {
             let detail = format!(
                 "{name} {value} rad of joint {joint:?} must be a number within ±8π; are these degrees?"
             );
@@ -194,8 +195,7 @@ fn check_pose(pose: &Pose, name: &str, faults: &mut Faults) {
         }
     }
     let norm = pose.orientation.iter().map(|component| component * component).sum::<f64>().sqrt();
-    // Written so that a norm that is not a number fails too.
-    if !((norm - 1.0).abs() <= NORM_TOLERANCE) {
+    if norm.is_nan() || (norm - 1.0).abs() > NORM_TOLERANCE {
         faults.add(
             format!("/kinematics/{name}/orientation"),
             format!(
@@ -313,7 +313,7 @@ mod tests {
     ];
 
     const BAD_KINEMATICS: &[Case] = &[
-        (|d| drop(kinematics(d).rows.pop()), "/kinematics/rows", &["2 rows for 3 joints"]),
+        (|d| kinematics(d).rows.truncate(2), "/kinematics/rows", &["2 rows for 3 joints"]),
         (|d| kinematics(d).rows[1].sign = 0.5, "/kinematics/rows/1/sign", &["0.5", "\"slide\""]),
         (|d| kinematics(d).rows[1].sign = f64::NAN, "/kinematics/rows/1/sign", &["1 or -1"]),
         (
