@@ -1,0 +1,200 @@
+//! The JSON form of a robot: what users send, store and read back.
+//!
+//! These types hold whatever parses; [`Robot::new`](super::Robot::new) checks
+//! that it makes sense.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::Pose;
+
+/// A robot as JSON. Units are SI: m and rad, per joint type.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields, rename_all = "snake_case")]
+pub struct RobotDescription {
+    /// Name: 1 to 64 of `a-z 0-9 _ . -`, a letter first; default `unnamed`.
+    #[serde(default = "unnamed")]
+    #[schema(example = "my_arm")]
+    pub name: String,
+    /// What the robot is, in a sentence.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub description: Option<String>,
+    /// Where the figures come from.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub source: Option<String>,
+    /// What a user should know before trusting the figures.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
+    /// The joints, from the base to the tool; 1 to 32.
+    #[schema(min_items = 1, max_items = 32)]
+    pub joints: Vec<Joint>,
+    /// Link lengths and frames. Joint-space timing does without them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub kinematics: Option<KinematicsDescription>,
+}
+
+fn unnamed() -> String {
+    "unnamed".to_owned()
+}
+
+/// One joint and what it can do.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields, rename_all = "snake_case")]
+pub struct Joint {
+    /// Name, unique within the robot.
+    pub name: String,
+    /// How the joint moves.
+    #[serde(rename = "type")]
+    pub joint_type: JointType,
+    /// What the joint can do; default nothing known.
+    #[serde(default)]
+    pub limits: JointLimits,
+    /// Where each limit comes from.
+    #[serde(default)]
+    pub provenance: JointProvenance,
+}
+
+/// How a joint moves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum JointType {
+    /// Turns about its axis, position in rad.
+    Revolute,
+    /// Slides along its axis, position in m.
+    Prismatic,
+    /// Turns about its axis without end, position in rad.
+    Continuous,
+}
+
+impl JointType {
+    /// The unit of the joint's position, `rad` or `m`; its rates add `/s`,
+    /// `/s²` and `/s³`.
+    pub fn position_unit(self) -> &'static str {
+        match self {
+            Self::Revolute | Self::Continuous => "rad",
+            Self::Prismatic => "m",
+        }
+    }
+}
+
+/// The limits of one joint. `null` means unknown: it is not enforced, and
+/// certificates say so.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields, rename_all = "snake_case", default)]
+pub struct JointLimits {
+    /// Lowest position, rad or m.
+    pub lower: Option<f64>,
+    /// Highest position, rad or m.
+    pub upper: Option<f64>,
+    /// Highest speed in either direction, rad/s or m/s.
+    pub velocity: Option<f64>,
+    /// Highest acceleration in either direction, rad/s² or m/s².
+    pub acceleration: Option<f64>,
+    /// Highest jerk in either direction, rad/s³ or m/s³.
+    pub jerk: Option<f64>,
+    /// Highest torque or force in either direction, N m or N.
+    pub effort: Option<f64>,
+}
+
+/// Where each of a joint's limits comes from; absent means not told.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields, rename_all = "snake_case", default)]
+pub struct JointProvenance {
+    /// Of the lowest position.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lower: Option<Provenance>,
+    /// Of the highest position.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub upper: Option<Provenance>,
+    /// Of the velocity.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub velocity: Option<Provenance>,
+    /// Of the acceleration.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub acceleration: Option<Provenance>,
+    /// Of the jerk.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub jerk: Option<Provenance>,
+    /// Of the effort.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub effort: Option<Provenance>,
+}
+
+/// Where a limit comes from, and so how far to trust it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Provenance {
+    /// The maker's data sheet or manual.
+    Datasheet,
+    /// A robot description (URDF) from the maker or ROS-Industrial.
+    Urdf,
+    /// A published paper.
+    Paper,
+    /// Measured on the machine.
+    Measured,
+    /// A collection kept by neither the maker nor the user.
+    ThirdParty,
+    /// Attributed to the maker, but not checked against a document.
+    Unconfirmed,
+    /// Chosen because nothing better is known.
+    Assumed,
+    /// Set by the user, for instance in a request.
+    User,
+}
+
+/// The robot's geometry as Denavit-Hartenberg rows.
+///
+/// Row i places the frame of joint i in the frame before it:
+/// - `modified_dh` (Craig): RotX(alpha) TransX(a) RotZ(theta) TransZ(d), so
+///   joint i turns about the z axis of its own frame;
+/// - `standard_dh` (Denavit and Hartenberg): RotZ(theta) TransZ(d) TransX(a)
+///   RotX(alpha), so joint i turns about the z axis of the frame before it.
+///
+/// The joint's position times `sign` adds to theta, for a prismatic joint to d.
+/// The world sees the tool at `base`, then every row, then `tool`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields, rename_all = "snake_case")]
+pub struct KinematicsDescription {
+    /// How the rows are read.
+    pub convention: DhConvention,
+    /// One row per joint.
+    pub rows: Vec<DhRow>,
+    /// The base in the world; default the identity.
+    #[serde(default)]
+    pub base: Pose,
+    /// The tool in the frame of the last joint; default the identity.
+    #[serde(default)]
+    pub tool: Pose,
+}
+
+/// How Denavit-Hartenberg rows are read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum DhConvention {
+    /// Craig's: RotX(alpha) TransX(a) RotZ(theta) TransZ(d).
+    ModifiedDh,
+    /// Denavit and Hartenberg's: RotZ(theta) TransZ(d) TransX(a) RotX(alpha).
+    StandardDh,
+}
+
+/// One Denavit-Hartenberg row.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields, rename_all = "snake_case", default)]
+pub struct DhRow {
+    /// Distance along x, m; default 0.
+    pub a: f64,
+    /// Angle about x, rad; default 0.
+    pub alpha: f64,
+    /// Distance along z, m, for a prismatic joint at position 0; default 0.
+    pub d: f64,
+    /// Angle about z, rad, for a rotary joint at position 0; default 0.
+    pub theta: f64,
+    /// 1, or -1 if the joint counts the other way round; default 1.
+    pub sign: f64,
+}
+
+impl Default for DhRow {
+    fn default() -> Self {
+        Self { a: 0.0, alpha: 0.0, d: 0.0, theta: 0.0, sign: 1.0 }
+    }
+}
