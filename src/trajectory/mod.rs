@@ -4,6 +4,7 @@ mod certificate;
 pub mod interpolation;
 pub mod kernel;
 mod polynomial_trajectory;
+pub mod timing;
 
 pub use certificate::{Certificate, Clearance, JointCertificate, Peak, PositionRange, Violation};
 pub use polynomial_trajectory::{KinematicState, Trajectory, TrajectoryError};
