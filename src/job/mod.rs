@@ -6,13 +6,25 @@
 //! sequence of events. This module knows neither robots nor SQL: planning
 //! comes in through [`Runner`], storage through [`JobStore`].
 
+mod backlog;
+mod error;
 mod event;
+mod hub;
+mod jobs;
 mod metrics;
 mod model;
 mod runner;
+mod scheduler;
 mod store;
+mod throttle;
+mod worker;
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+pub use error::JobsError;
 
 pub use event::{EventKind, JobEvent, Progress};
+pub use jobs::{Drained, JobSettings, Jobs, MAX_ATTEMPTS};
 pub use metrics::Metrics;
 pub use model::{
     DEFAULT_PRIORITY, Idempotency, Job, JobCounts, JobError, JobFilter, JobId, JobPage, JobResult,
@@ -20,5 +32,11 @@ pub use model::{
 };
 pub use runner::{RunContext, RunOutcome, Runner};
 pub use store::{
-    Claim, EventSink, Finish, Inserted, JobStore, QueuedJob, Reply, ReplySender, StoreError,
+    Claim, EventSink, Finish, Inserted, JobStore, KeyUse, QueuedJob, Reply, ReplySender, StoreError,
 };
+
+/// Locks `mutex`. What it guards is changed in single steps only, so a panic
+/// elsewhere leaves nothing half done.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}

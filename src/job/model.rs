@@ -282,10 +282,14 @@ pub struct JobCounts {
     pub capacity: usize,
 }
 
-/// The time now, in the microseconds that every store can keep.
+/// The time now, in the unit that every store can keep.
 pub(super) fn now() -> Timestamp {
-    let now = Timestamp::now();
-    Timestamp::from_microsecond(now.as_microsecond()).unwrap_or(now)
+    to_microseconds(Timestamp::now())
+}
+
+/// `time` in full microseconds: live and stored times then are equal.
+pub(super) fn to_microseconds(time: Timestamp) -> Timestamp {
+    Timestamp::from_microsecond(time.as_microsecond()).unwrap_or(time)
 }
 
 #[cfg(test)]

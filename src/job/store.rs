@@ -8,11 +8,13 @@ use std::pin::Pin;
 use std::sync::Arc;
 use std::task::{Context, Poll};
 
-use jiff::Timestamp;
+use jiff::{SignedDuration, Timestamp};
 use serde_json::Value;
 use tokio::sync::oneshot;
 
-use super::{Job, JobError, JobEvent, JobFilter, JobId, JobPage, JobState, NewJob, Progress};
+use super::{
+    Idempotency, Job, JobError, JobEvent, JobFilter, JobId, JobPage, JobState, NewJob, Progress,
+};
 
 /// Why a store could not do what it was asked.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -95,10 +97,17 @@ pub enum Inserted {
         /// Counts accepted jobs; the order in which equals are started.
         number: u64,
     },
-    /// The key was used before for the same body.
-    Existing(Box<Job>),
-    /// The key was used before for another body.
-    Mismatch,
+    /// Its key was used before; nothing was stored.
+    KeyUsed(KeyUse),
+}
+
+/// What an idempotency key stands for already.
+#[derive(Clone, Debug, PartialEq)]
+pub enum KeyUse {
+    /// The same body: this is its job.
+    SameBody(Box<Job>),
+    /// Another body.
+    OtherBody,
 }
 
 /// What the queue needs to know of a job.
@@ -124,6 +133,35 @@ pub struct QueuedJob {
     pub method: String,
     /// Number of its latest event.
     pub last_seq: u64,
+}
+
+impl QueuedJob {
+    /// A job just accepted, its first event written.
+    pub(super) fn new(job: &Job, number: u64, short: bool) -> Self {
+        Self {
+            id: job.id,
+            number,
+            priority: job.priority,
+            short,
+            created_at: job.created_at,
+            deadline_s: job.deadline_s,
+            start_by: job.start_by,
+            task: job.task.clone(),
+            method: job.method.clone(),
+            last_seq: 1,
+        }
+    }
+
+    /// When the job has to end; none if never, or beyond the calendar.
+    pub(super) fn deadline(&self) -> Option<Timestamp> {
+        let deadline = SignedDuration::try_from_secs_f64(self.deadline_s?).ok()?;
+        self.created_at.checked_add(deadline).ok()
+    }
+
+    /// From when on the job need not start any more.
+    pub(super) fn latest_start(&self) -> Option<Timestamp> {
+        self.deadline().into_iter().chain(self.start_by).min()
+    }
 }
 
 /// The right to run a job and to write its result.
@@ -182,8 +220,8 @@ pub trait JobStore: Send + Sync {
     /// Stores a new job as queued, unless its key was used before.
     fn insert(&self, id: JobId, new: NewJob, at: Timestamp) -> Reply<Inserted>;
 
-    /// The outcome that inserting a job under `key` would have, if the key was used.
-    fn find_key(&self, key: super::Idempotency) -> Reply<Option<Inserted>>;
+    /// What the key stands for already, if it was used.
+    fn find_key(&self, key: Idempotency) -> Reply<Option<KeyUse>>;
 
     /// The job, if there is one.
     fn get(&self, id: JobId) -> Reply<Option<Job>>;
@@ -227,8 +265,9 @@ pub trait JobStore: Send + Sync {
     /// was found in, if there was one; unless ended, it stays.
     fn delete(&self, id: JobId) -> Reply<Option<JobState>>;
 
-    /// Deletes jobs that ended before `time` and answers their number.
-    fn delete_ended_before(&self, time: Timestamp) -> Reply<u64>;
+    /// Deletes at most `limit` jobs that ended before `time`, oldest first, and
+    /// answers how many.
+    fn delete_ended_before(&self, time: Timestamp, limit: usize) -> Reply<usize>;
 
     /// Whether the store can be read and has not failed.
     fn health(&self) -> Reply<()>;
