@@ -323,10 +323,7 @@ impl Task {
             "program" => ProgramTask::parse(value, pointer, faults).map(Self::Program),
             other => {
                 let known = TASKS.join(", ");
-                faults.add(
-                    format!("{pointer}/type"),
-                    format!("unknown task `{other}`; known: {known}"),
-                );
+                faults.add(format!("{pointer}/type"), format!("unknown task `{other}`; known: {known}"));
                 None
             }
         }
