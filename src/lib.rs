@@ -15,9 +15,10 @@ pub mod robot;
 
 pub mod trajectory;
 
-// pub mod plan;
+pub mod plan;
 
 pub mod job;
+pub mod picture;
 
 pub mod service;
 pub mod store;
