@@ -155,7 +155,11 @@ impl Parameters {
     }
 
     /// The value of `name` read as one of `choices`, or their first.
-    pub(super) fn choice<T: Copy>(&mut self, name: &'static str, choices: &[(&str, T)]) -> Option<T> {
+    pub(super) fn choice<T: Copy>(
+        &mut self,
+        name: &'static str,
+        choices: &[(&str, T)],
+    ) -> Option<T> {
         let Some(text) = self.text(name) else { return choices.first().map(|(_, choice)| *choice) };
         let found = choices.iter().find(|(choice, _)| *choice == text).map(|(_, choice)| *choice);
         if found.is_none() {

@@ -81,7 +81,8 @@ fn idempotency_key(headers: &HeaderMap) -> Result<Option<String>, Problem> {
     match value.to_str() {
         Ok(key) if !key.is_empty() => Ok(Some(key.to_owned())),
         _ => {
-            let fault = ProblemFault::parameter("Idempotency-Key", "expected 1 to 255 ASCII characters");
+            let fault =
+                ProblemFault::parameter("Idempotency-Key", "expected 1 to 255 ASCII characters");
             Err(Problem::parameters(vec![fault]))
         }
     }
