@@ -5,6 +5,7 @@ mod export;
 pub mod interpolation;
 pub mod kernel;
 mod polynomial_trajectory;
+pub mod timing;
 
 pub use certificate::{Certificate, Clearance, JointCertificate, Peak, PositionRange, Violation};
 pub use export::{
