@@ -19,6 +19,8 @@ const LEFT: f64 = 84.0;
 const RIGHT: f64 = WIDTH - 66.0;
 const PANEL_HEIGHT: f64 = 178.0;
 const PANEL_GAP: f64 = 24.0;
+/// Room for the names of sections above the first panel.
+const SECTION_NAMES: f64 = 16.0;
 /// Waypoint lines closer than this would make a grey area.
 const CLOSEST_LINES: f64 = 3.0;
 
@@ -68,7 +70,8 @@ pub fn plot(sections: &[Section<'_>], quantities: &[Quantity]) -> String {
         });
     };
     let legend = Legend::new(legend_entries(first.result, &panels), LEFT, RIGHT);
-    let top = 52.0 + legend.height() + PANEL_GAP;
+    let names = if sections.len() > 1 { SECTION_NAMES } else { 0.0 };
+    let top = 52.0 + legend.height() + names + PANEL_GAP;
     let height = top + panels.len() as f64 * (PANEL_HEIGHT + PANEL_GAP) + 22.0;
     let title = title(sections);
     draw(WIDTH, height, &title, |canvas| {
@@ -137,7 +140,7 @@ fn name_sections(chart: &Chart<'_, '_>, sections: &[Section<'_>]) {
         // A name wider than its section would run into its neighbour's.
         if text_width(name, TextLook::NORMAL.size) <= right - left {
             let look = TextLook { bold: true, ..TextLook::NORMAL };
-            let at = (0.5 * (left + right), chart.frame.top - 10.0);
+            let at = (0.5 * (left + right), chart.frame.top - SECTION_NAMES - 9.0);
             chart.canvas.text(name, at, Align::Centre, look);
         }
     }
@@ -192,9 +195,11 @@ impl<'a> Panel<'a> {
         if quantity != Quantity::Position {
             range.include(0.0);
         }
-        // As much again as the motion itself needs is granted to limits; for
-        // those further off, flattened curves would be too high a price.
-        let reach = if range.span() > 0.0 { range.span() } else { f64::INFINITY };
+        // Limits may take as much room again as the motion itself, on both
+        // sides together; for those further off, flattened curves would be
+        // too high a price.
+        let share = if quantity == Quantity::Position { 0.5 } else { 1.0 };
+        let reach = if range.span() > 0.0 { share * range.span() } else { f64::INFINITY };
         let near = Range { min: range.min - reach, max: range.max + reach };
         let (limits, beyond): (Vec<Limit>, Vec<Limit>) = limits(sections, quantity, &joints)
             .into_iter()
