@@ -15,7 +15,7 @@ pub mod robot;
 
 pub mod trajectory;
 
-// pub mod plan;
+pub mod plan;
 
 pub mod job;
 
