@@ -1,0 +1,117 @@
+//! What a job's watchers see.
+
+use jiff::Timestamp;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use utoipa::ToSchema;
+
+use super::{JobError, JobState};
+
+/// One event of a job. All watchers of a job see the same events.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct JobEvent {
+    /// Counts a job's events from 1 without gaps.
+    pub seq: u64,
+    /// When it happened.
+    #[schema(value_type = String, format = DateTime)]
+    pub time: Timestamp,
+    /// What happened.
+    #[serde(flatten)]
+    pub kind: EventKind,
+}
+
+/// What happened to a job.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(tag = "type", rename_all = "snake_case")]
+pub enum EventKind {
+    /// The job waits or runs, perhaps again.
+    State {
+        /// `queued` or `running`.
+        state: JobState,
+        /// Attempts so far, the running one included.
+        attempt: u32,
+    },
+    /// The planning went on.
+    Progress(Progress),
+    /// The job ended; no event follows.
+    Finished {
+        /// How it ended.
+        state: JobState,
+        /// The result in a few figures, if the job succeeded.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        #[schema(value_type = Option<Object>)]
+        summary: Option<Value>,
+        /// Why it did not succeed.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        error: Option<JobError>,
+    },
+}
+
+impl EventKind {
+    /// True if no event can follow.
+    pub fn is_last(&self) -> bool {
+        matches!(self, Self::Finished { .. })
+    }
+}
+
+/// How far a run has come.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Progress {
+    /// Iterations done.
+    pub iteration: u64,
+    /// Evaluations of the objective by the whole run so far.
+    pub evaluations: u64,
+    /// Seconds since the run began.
+    pub elapsed_s: f64,
+    /// Best objective value so far; absent while no candidate is feasible.
+    pub best: Option<f64>,
+    /// Mean objective value of the present candidates.
+    pub mean: Option<f64>,
+    /// No solution is better than this.
+    pub lower_bound: Option<f64>,
+    /// The leg of a program that is being planned.
+    pub leg: Option<String>,
+}
+
+impl Progress {
+    /// The same with absent instead of infinite or undefined values, which
+    /// JSON cannot hold: live and stored events then stay equal.
+    pub(super) fn finite(self) -> Self {
+        let finite = |value: Option<f64>| value.filter(|value| value.is_finite());
+        Self {
+            elapsed_s: if self.elapsed_s.is_finite() { self.elapsed_s } else { 0.0 },
+            best: finite(self.best),
+            mean: finite(self.mean),
+            lower_bound: finite(self.lower_bound),
+            ..self
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn events_are_flat_tagged_objects_that_read_back_equal() {
+        let progress =
+            Progress { best: Some(f64::INFINITY), mean: Some(0.1 + 0.2), ..<_>::default() };
+        let kinds = [
+            EventKind::State { state: JobState::Running, attempt: 1 },
+            EventKind::Progress(progress.finite()),
+            EventKind::Finished { state: JobState::Succeeded, summary: None, error: None },
+        ];
+        for (kind, tag) in kinds.into_iter().zip(["state", "progress", "finished"]) {
+            let last = kind.is_last();
+            let event = JobEvent { seq: 3, time: Timestamp::UNIX_EPOCH, kind };
+            let json = serde_json::to_string(&event).unwrap();
+            assert!(
+                json.starts_with(r#"{"seq":3,"time":"1970-01-01T00:00:00Z","type":""#),
+                "{json}"
+            );
+            assert!(json.contains(&format!(r#""type":"{tag}""#)), "{json}");
+            assert_eq!(last, tag == "finished");
+            assert_eq!(serde_json::from_str::<JobEvent>(&json).unwrap(), event);
+        }
+    }
+}
