@@ -323,7 +323,10 @@ impl Task {
             "program" => ProgramTask::parse(value, pointer, faults).map(Self::Program),
             other => {
                 let known = TASKS.join(", ");
-                faults.add(format!("{pointer}/type"), format!("unknown task `{other}`; known: {known}"));
+                faults.add(
+                    format!("{pointer}/type"),
+                    format!("unknown task `{other}`; known: {known}"),
+                );
                 None
             }
         }
