@@ -42,5 +42,9 @@ fn candidate(c: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, candidate);
+criterion_group! {
+    name = benches;
+    config = Criterion::default().warm_up_time(std::time::Duration::from_millis(300)).measurement_time(std::time::Duration::from_secs(1));
+    targets = candidate
+}
 criterion_main!(benches);

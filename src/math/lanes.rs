@@ -1,12 +1,16 @@
-//! Eight numbers at a time.
+//! Several joints at a time.
 //!
-//! Plain arrays in fixed-size loops: inside [`vectorized`] the compiler turns
-//! them into the widest instructions the machine has. Every lane is computed
-//! alone and nothing is fused, so results do not depend on the machine.
+//! [`Lanes`] stores eight numbers; its arithmetic is plain loops, which the
+//! compiler turns into wide instructions. [`Vector`] is the widest register the
+//! machine has, for code with comparisons, where the compiler does not manage
+//! alone. Every lane is computed alone and nothing is fused, so results do not
+//! depend on the machine.
 
-use std::ops::{Add, Div, Index, Mul, Neg, Sub};
+use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// Number of lanes.
+pub use pulp::Simd;
+
+/// Numbers in a [`Lanes`].
 pub const WIDTH: usize = 8;
 
 /// Eight independent numbers.
@@ -14,47 +18,13 @@ pub const WIDTH: usize = 8;
 #[repr(align(64))]
 pub struct Lanes(pub [f64; WIDTH]);
 
-/// Eight independent truth values.
-#[derive(Clone, Copy, Debug)]
-pub struct Mask([bool; WIDTH]);
-
-/// Runs `work` with the best instruction set the machine has; everything
-/// `work` calls must be inlined into it to profit.
-#[inline(always)]
-pub fn vectorized<R>(work: impl FnOnce() -> R) -> R {
-    struct Work<F>(F);
-    impl<F: FnOnce() -> R, R> pulp::NullaryFnOnce for Work<F> {
-        type Output = R;
-        #[inline(always)]
-        fn call(self) -> R {
-            (self.0)()
-        }
-    }
-    pulp::Arch::new().dispatch(Work(work))
-}
-
 impl Lanes {
     /// All zero.
     pub const ZERO: Self = Self([0.0; WIDTH]);
 
-    /// The same number in every lane.
-    #[inline(always)]
-    pub const fn splat(value: f64) -> Self {
-        Self([value; WIDTH])
-    }
-
     /// Lane by lane from `values`, the missing ones from `fill`.
     pub fn from_slice(values: &[f64], fill: f64) -> Self {
         Self(std::array::from_fn(|lane| values.get(lane).copied().unwrap_or(fill)))
-    }
-
-    #[inline(always)]
-    fn map(self, f: impl Fn(f64) -> f64) -> Self {
-        let mut out = self;
-        for value in &mut out.0 {
-            *value = f(*value);
-        }
-        out
     }
 
     #[inline(always)]
@@ -66,90 +36,133 @@ impl Lanes {
         out
     }
 
+    /// The largest number.
+    pub fn largest(self) -> f64 {
+        self.0.into_iter().fold(f64::NEG_INFINITY, f64::max)
+    }
+}
+
+impl Neg for Lanes {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self::ZERO - self
+    }
+}
+
+/// One register of numbers, [`Simd::F64_LANES`] wide.
+#[derive(Clone, Copy, Debug)]
+pub struct Vector<S: Simd> {
+    simd: S,
+    values: S::f64s,
+}
+
+/// One register of truth values.
+#[derive(Clone, Copy, Debug)]
+pub struct Mask<S: Simd> {
+    simd: S,
+    values: S::m64s,
+}
+
+/// Number of registers that hold the first `used` numbers of a [`Lanes`].
+#[inline(always)]
+pub fn registers<S: Simd>(used: usize) -> usize {
+    used.min(WIDTH).div_ceil(S::F64_LANES)
+}
+
+impl<S: Simd> Vector<S> {
+    /// The same number in every lane.
+    #[inline(always)]
+    pub fn splat(simd: S, value: f64) -> Self {
+        Self { simd, values: simd.splat_f64s(value) }
+    }
+
+    /// Register `part` of `lanes`.
+    #[inline(always)]
+    pub fn load(simd: S, lanes: &Lanes, part: usize) -> Self {
+        Self { simd, values: S::as_simd_f64s(&lanes.0).0[part] }
+    }
+
+    /// Writes register `part` of `lanes`.
+    #[inline(always)]
+    pub fn store(self, lanes: &mut Lanes, part: usize) {
+        S::as_mut_simd_f64s(&mut lanes.0).0[part] = self.values;
+    }
+
     /// Magnitudes.
     #[inline(always)]
     pub fn abs(self) -> Self {
-        self.map(f64::abs)
+        Self { values: self.simd.abs_f64s(self.values), ..self }
     }
 
     /// Square roots.
     #[inline(always)]
     pub fn sqrt(self) -> Self {
-        self.map(f64::sqrt)
+        Self { values: self.simd.sqrt_f64s(self.values), ..self }
     }
 
-    /// The larger of two, `self` where `other` is not a number.
+    /// The larger of two; neither may be not-a-number.
     #[inline(always)]
     pub fn max(self, other: Self) -> Self {
-        self.zip(other, |a, b| if b > a { b } else { a })
+        Self { values: self.simd.max_f64s(self.values, other.values), ..self }
     }
 
-    /// The smaller of two, `self` where `other` is not a number.
+    /// The smaller of two; neither may be not-a-number.
     #[inline(always)]
     pub fn min(self, other: Self) -> Self {
-        self.zip(other, |a, b| if b < a { b } else { a })
+        Self { values: self.simd.min_f64s(self.values, other.values), ..self }
     }
 
-    /// Where `self` is below `other`.
+    /// Where `self` is below `other`; false where either is not a number.
     #[inline(always)]
-    pub fn below(self, other: Self) -> Mask {
-        let mut out = [false; WIDTH];
-        for lane in 0..WIDTH {
-            out[lane] = self.0[lane] < other.0[lane];
-        }
-        Mask(out)
+    pub fn below(self, other: Self) -> Mask<S> {
+        let values = self.simd.less_than_f64s(self.values, other.values);
+        Mask { simd: self.simd, values }
+    }
+
+    /// Where `self` is not above `other`; false where either is not a number.
+    #[inline(always)]
+    pub fn at_most(self, other: Self) -> Mask<S> {
+        let values = self.simd.less_than_or_equal_f64s(self.values, other.values);
+        Mask { simd: self.simd, values }
     }
 
     /// The largest lane.
     #[inline(always)]
     pub fn largest(self) -> f64 {
-        // A tree of comparisons, so that they need not wait for each other.
-        let v = &self.0;
-        let larger = |a: f64, b: f64| if b > a { b } else { a };
-        let low = larger(larger(v[0], v[1]), larger(v[2], v[3]));
-        let high = larger(larger(v[4], v[5]), larger(v[6], v[7]));
-        larger(low, high)
+        self.simd.reduce_max_f64s(self.values)
     }
 }
 
-impl Mask {
+impl<S: Simd> Mask<S> {
     /// `yes` where true, `no` elsewhere.
     #[inline(always)]
-    pub fn select(self, yes: Lanes, no: Lanes) -> Lanes {
-        let mut out = no;
-        for lane in 0..WIDTH {
-            out.0[lane] = if self.0[lane] { yes.0[lane] } else { no.0[lane] };
-        }
-        out
+    pub fn select(self, yes: Vector<S>, no: Vector<S>) -> Vector<S> {
+        let values = self.simd.select_f64s(self.values, yes.values, no.values);
+        Vector { simd: self.simd, values }
     }
 
     /// Where both hold.
     #[inline(always)]
     pub fn and(self, other: Self) -> Self {
-        let mut out = self;
-        for lane in 0..WIDTH {
-            out.0[lane] = self.0[lane] & other.0[lane];
-        }
-        out
+        Self { values: self.simd.and_m64s(self.values, other.values), ..self }
+    }
+
+    /// Where either holds.
+    #[inline(always)]
+    pub fn or(self, other: Self) -> Self {
+        Self { values: self.simd.or_m64s(self.values, other.values), ..self }
     }
 
     /// True if any lane is.
     #[inline(always)]
     pub fn any(self) -> bool {
-        self.0.iter().fold(false, |any, &lane| any | lane)
-    }
-}
-
-impl Index<usize> for Lanes {
-    type Output = f64;
-    #[inline(always)]
-    fn index(&self, lane: usize) -> &f64 {
-        &self.0[lane]
+        self.simd.first_true_m64s(self.values) < S::F64_LANES
     }
 }
 
 macro_rules! arithmetic {
-    ($($name:ident $method:ident $operator:tt;)*) => {$(
+    ($($name:ident $method:ident $operator:tt $simd:ident;)*) => {$(
         impl $name for Lanes {
             type Output = Self;
             #[inline(always)]
@@ -161,23 +174,37 @@ macro_rules! arithmetic {
             type Output = Self;
             #[inline(always)]
             fn $method(self, other: f64) -> Self {
-                self.map(|a| a $operator other)
+                self.zip(Self([other; WIDTH]), |a, b| a $operator b)
+            }
+        }
+        impl<S: Simd> $name for Vector<S> {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                Self { values: self.simd.$simd(self.values, other.values), ..self }
+            }
+        }
+        impl<S: Simd> $name<f64> for Vector<S> {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: f64) -> Self {
+                self.$method(Self::splat(self.simd, other))
             }
         }
     )*};
 }
 
 arithmetic! {
-    Add add +;
-    Sub sub -;
-    Mul mul *;
-    Div div /;
+    Add add + add_f64s;
+    Sub sub - sub_f64s;
+    Mul mul * mul_f64s;
+    Div div / div_f64s;
 }
 
-impl Neg for Lanes {
+impl<S: Simd> Neg for Vector<S> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        self.map(|a| -a)
+        Self::splat(self.simd, 0.0) - self
     }
 }

@@ -1,19 +1,92 @@
-//! Optimizers: `Objective`, `Optimizer`, one `minimize` loop, the registry.
+//! Search: `Objective`, `Optimizer`, one `minimize` loop and the registry.
+//!
+//! Nothing here knows what is optimised. One file per method.
 
-use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
+mod evaluator;
+mod exact;
+mod improved_pso;
+mod minimize;
+mod pso;
+mod pso_linear;
+mod registry;
+mod swarm;
 
-/// The state of a search after one iteration.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct ConvergencePoint {
-    /// Iterations done; 0 is the initial population.
-    pub iteration: u64,
-    /// Candidates evaluated so far.
-    pub evaluations: u64,
-    /// Seconds since the start.
-    pub elapsed_s: f64,
-    /// Best fitness so far; null while no candidate was feasible.
-    pub best: Option<f64>,
-    /// Mean fitness of the current population's feasible candidates; null if there is none.
+pub use evaluator::Evaluator;
+pub use minimize::{ConvergencePoint, Solution, minimize};
+pub use registry::{
+    OPTIMIZERS, OptimizerEntry, OptimizerInfo, Parameter, ParameterInfo, ParameterKind, Settings,
+    optimizer, optimizer_names,
+};
+
+/// What is minimised, over a box.
+pub trait Objective: Sync {
+    /// The box; one interval per variable.
+    fn bounds(&self) -> &Bounds;
+
+    /// Memory and code to evaluate candidates in one thread.
+    fn candidate(&self) -> Box<dyn Candidate + '_>;
+
+    /// Roughly how long one evaluation takes, ns; decides whether threads pay.
+    fn evaluation_ns(&self) -> f64;
+
+    /// Candidates worth starting from; may be empty.
+    fn starts(&self) -> Vec<Vec<f64>> {
+        Vec::new()
+    }
+
+    /// True if [`Candidate::homogeneous`] is offered.
+    fn is_homogeneous(&self) -> bool {
+        false
+    }
+}
+
+/// Evaluates candidates in one thread.
+pub trait Candidate: Send {
+    /// The value to minimise; infinite for a candidate that is not to be used.
+    fn fitness(&mut self, position: &[f64]) -> f64;
+
+    /// Moves a candidate that breaks a constraint to one nearby that does not.
+    fn repair(&mut self, _position: &mut [f64]) {}
+
+    /// For problems `minimise sum(x) subject to r_k(x) <= 1` whose positive
+    /// constraint functions obey `r_k(s x) = r_k(x) / s`: writes all `r_k`.
+    ///
+    /// Returns a measure of what no scaling can mend, positive if broken.
+    /// Only called where [`Objective::is_homogeneous`].
+    fn homogeneous(&mut self, _position: &[f64], ratios: &mut Vec<f64>) -> f64 {
+        ratios.clear();
+        f64::INFINITY
+    }
+}
+
+/// A box.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bounds {
+    /// Lower ends.
+    pub lower: Vec<f64>,
+    /// Upper ends, each above its lower end.
+    pub upper: Vec<f64>,
+}
+
+impl Bounds {
+    /// Number of variables.
+    pub fn dimension(&self) -> usize {
+        self.lower.len()
+    }
+}
+
+/// How one generation follows from the last. The loop around it, limits,
+/// counting and progress are [`minimize`]'s.
+pub trait Optimizer {
+    /// Makes and evaluates the next generation; the first call the initial one.
+    fn step(&mut self, evaluator: &mut Evaluator<'_>) -> Step;
+}
+
+/// What a generation came to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Step {
+    /// Mean fitness of the generation's feasible candidates.
     pub mean: Option<f64>,
+    /// True if there is nothing left to improve.
+    pub converged: bool,
 }

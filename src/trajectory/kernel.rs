@@ -6,7 +6,11 @@
 //! come from roots, as in the certificate, but for all joints at once and
 //! without allocation.
 
-use crate::math::lanes::{Lanes, WIDTH, vectorized};
+use std::marker::PhantomData;
+
+use pulp::{Arch, WithSimd};
+
+use crate::math::lanes::{Lanes, Simd, Vector, WIDTH, registers};
 
 /// One segment of eight joints: coefficients of `u^0` to `u^5`.
 pub type Piece = [Lanes; 6];
@@ -120,7 +124,7 @@ impl Workspace {
     /// Peak over limit of `order` (0 velocity, 1 acceleration, 2 jerk) in a
     /// segment, as the last [`Kernel::ratios`] found it.
     pub fn ratio(&self, joints: &JointLanes, segment: usize, joint: usize, order: usize) -> f64 {
-        self.ratios[segment * joints.groups + joint / WIDTH][order][joint % WIDTH]
+        self.ratios[segment * joints.groups + joint / WIDTH][order].0[joint % WIDTH]
     }
 
     /// The largest ratio of a segment over all joints: velocity, acceleration, jerk.
@@ -180,59 +184,20 @@ pub trait Kernel: Send + Sync {
 
 impl<F: Family> Kernel for F {
     fn scale(&self, joints: &JointLanes, durations: &[f64], work: &mut Workspace) -> f64 {
-        vectorized(
-            #[inline(always)]
-            || {
-                F::fit(joints, durations, work);
-                scale::<F>(joints, durations, work)
-            },
-        )
+        Arch::new().dispatch(Scale::<F> { joints, durations, work, family: PhantomData })
     }
 
     fn ratios(&self, joints: &JointLanes, durations: &[f64], work: &mut Workspace) {
-        vectorized(
-            #[inline(always)]
-            || {
-                F::fit(joints, durations, work);
-                for segment in 0..joints.segments {
-                    let inverse = 1.0 / durations[segment];
-                    for group in 0..joints.groups {
-                        let cell = segment * joints.groups + group;
-                        let curve = Curve::new(&work.pieces[cell]);
-                        let mut peaks = curve.slow_peaks::<F>();
-                        peaks[0] = peaks[0].max(curve.velocity_peak::<F>());
-                        work.ratios[cell] = over_limits(joints, group, inverse, peaks);
-                    }
-                }
-            },
-        );
+        Arch::new().dispatch(Ratios::<F> { joints, durations, work, family: PhantomData });
     }
 
     fn position_excess(&self, joints: &JointLanes, work: &Workspace) -> f64 {
         let Some(position) = &joints.position else { return f64::NEG_INFINITY };
-        vectorized(
-            #[inline(always)]
-            || {
-                let mut worst = f64::NEG_INFINITY;
-                for (cell, piece) in work.pieces.iter().enumerate() {
-                    let [lower, upper] = position[cell % joints.groups];
-                    let [least, most] = position_hull(piece);
-                    // The control points enclose the curve: mostly that settles it.
-                    if (least - lower).min(upper - most).below(Lanes::ZERO).any() {
-                        let [least, most] = Curve::new(piece).position_range::<F>(piece);
-                        worst = (lower - least).max(most - upper).largest().max(worst);
-                    }
-                }
-                worst
-            },
-        )
+        Arch::new().dispatch(Excess::<F> { joints, position, work, family: PhantomData })
     }
 
     fn fit(&self, joints: &JointLanes, durations: &[f64], work: &mut Workspace) {
-        vectorized(
-            #[inline(always)]
-            || F::fit(joints, durations, work),
-        );
+        F::fit(joints, durations, work);
     }
 
     fn coefficients(
@@ -246,7 +211,7 @@ impl<F: Family> Kernel for F {
         let piece = &work.pieces[segment * joints.groups + joint / WIDTH];
         let mut power = 1.0;
         let in_time = piece[..=F::DEGREE].iter().map(|c| {
-            let coefficient = c[joint % WIDTH] / power;
+            let coefficient = c.0[joint % WIDTH] / power;
             power *= durations[segment];
             coefficient
         });
@@ -254,93 +219,225 @@ impl<F: Family> Kernel for F {
     }
 }
 
-/// Peaks in `u` as ratios to the limits in seconds; `inverse` is `1 / h`.
-#[inline(always)]
-fn over_limits(joints: &JointLanes, group: usize, inverse: f64, peaks: [Lanes; 3]) -> [Lanes; 3] {
-    let [velocity, acceleration, jerk] = &joints.inverse_limits;
-    [
-        peaks[0] * velocity[group] * inverse,
-        peaks[1] * acceleration[group] * (inverse * inverse),
-        peaks[2] * jerk[group] * (inverse * inverse * inverse),
-    ]
+/// [`Kernel::scale`] for the machine's registers.
+struct Scale<'a, F> {
+    joints: &'a JointLanes,
+    durations: &'a [f64],
+    work: &'a mut Workspace,
+    family: PhantomData<F>,
 }
 
-/// The scale that velocity, acceleration and jerk ratios ask for.
-#[inline(always)]
-fn scale_of(worst: [f64; 3]) -> f64 {
-    worst[0].max(worst[1].sqrt()).max(libm::cbrt(worst[2]))
+impl<F: Family> WithSimd for Scale<'_, F> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> f64 {
+        let Self { joints, durations, work, .. } = self;
+        F::fit(joints, durations, work);
+        let zero = Vector::splat(simd, 0.0);
+        let mut worst = [zero; 3];
+        joints.each_register::<S>(
+            durations,
+            #[inline(always)]
+            |cell, part, inverse| {
+                let curve = Curve::new(simd, &work.pieces[cell.index], part);
+                let ratios =
+                    joints.over_limits(simd, cell, part, inverse, curve.cheap_peaks::<F>());
+                for order in 0..3 {
+                    worst[order] = worst[order].max(ratios[order]);
+                }
+            },
+        );
+        let [velocity, acceleration, jerk] =
+            [worst[0].largest(), worst[1].largest(), worst[2].largest()];
+        let mut scale = velocity.max(acceleration.sqrt()).max(libm::cbrt(jerk));
+        // Inside a segment speed peaks at roots of a cubic, the dear part. The
+        // control points bound it, so only segments that may matter are looked at.
+        joints.each_register::<S>(
+            durations,
+            #[inline(always)]
+            |cell, part, inverse| {
+                let curve = Curve::new(simd, &work.pieces[cell.index], part);
+                let unit =
+                    Vector::load(simd, &joints.inverse_limits[0][cell.group], part) * inverse;
+                if (curve.velocity_bound() * unit).largest() > scale {
+                    scale = scale.max((curve.velocity_peak::<F>() * unit).largest());
+                }
+            },
+        );
+        scale
+    }
 }
 
-#[inline(always)]
-fn scale<F: Family>(joints: &JointLanes, durations: &[f64], work: &Workspace) -> f64 {
-    let mut worst = [Lanes::ZERO; 3];
-    for segment in 0..joints.segments {
-        let inverse = 1.0 / durations[segment];
-        for group in 0..joints.groups {
-            let curve = Curve::new(&work.pieces[segment * joints.groups + group]);
-            let ratios = over_limits(joints, group, inverse, curve.slow_peaks::<F>());
-            for order in 0..3 {
-                worst[order] = worst[order].max(ratios[order]);
+/// [`Kernel::ratios`] for the machine's registers.
+struct Ratios<'a, F> {
+    joints: &'a JointLanes,
+    durations: &'a [f64],
+    work: &'a mut Workspace,
+    family: PhantomData<F>,
+}
+
+impl<F: Family> WithSimd for Ratios<'_, F> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { joints, durations, work, .. } = self;
+        F::fit(joints, durations, work);
+        let Workspace { pieces, ratios, .. } = work;
+        joints.each_register::<S>(
+            durations,
+            #[inline(always)]
+            |cell, part, inverse| {
+                let curve = Curve::new(simd, &pieces[cell.index], part);
+                let mut peaks = curve.cheap_peaks::<F>();
+                peaks[0] = peaks[0].max(curve.velocity_peak::<F>());
+                let found = joints.over_limits(simd, cell, part, inverse, peaks);
+                for order in 0..3 {
+                    found[order].store(&mut ratios[cell.index][order], part);
+                }
+            },
+        );
+    }
+}
+
+/// [`Kernel::position_excess`] for the machine's registers.
+struct Excess<'a, F> {
+    joints: &'a JointLanes,
+    position: &'a [[Lanes; 2]],
+    work: &'a Workspace,
+    family: PhantomData<F>,
+}
+
+impl<F: Family> WithSimd for Excess<'_, F> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> f64 {
+        let Self { joints, position, work, .. } = self;
+        let mut worst = f64::NEG_INFINITY;
+        for (index, piece) in work.pieces.iter().enumerate() {
+            let group = index % joints.groups;
+            for part in 0..joints.registers::<S>(group) {
+                let [lower, upper] = &position[group];
+                let lower = Vector::load(simd, lower, part);
+                let upper = Vector::load(simd, upper, part);
+                let curve = Curve::new(simd, piece, part);
+                // The control points enclose the curve: mostly that settles it.
+                let [least, most] = curve.position_hull();
+                if (lower - least).max(most - upper).largest() > 0.0 {
+                    let [least, most] = curve.position_range::<F>();
+                    worst = (lower - least).max(most - upper).largest().max(worst);
+                }
+            }
+        }
+        worst
+    }
+}
+
+/// Where a segment of eight joints stands.
+#[derive(Clone, Copy)]
+struct Cell {
+    /// `segment * groups + group`.
+    index: usize,
+    group: usize,
+}
+
+impl JointLanes {
+    /// Registers that hold the joints of `group`.
+    #[inline(always)]
+    fn registers<S: Simd>(&self, group: usize) -> usize {
+        registers::<S>(self.dof - group * WIDTH)
+    }
+
+    /// Calls `f` with every cell, register and inverse duration.
+    #[inline(always)]
+    fn each_register<S: Simd>(&self, durations: &[f64], mut f: impl FnMut(Cell, usize, f64)) {
+        for (segment, duration) in durations.iter().enumerate() {
+            let inverse = 1.0 / duration;
+            for group in 0..self.groups {
+                let cell = Cell { index: segment * self.groups + group, group };
+                for part in 0..self.registers::<S>(group) {
+                    f(cell, part, inverse);
+                }
             }
         }
     }
-    let mut scale = scale_of(worst.map(Lanes::largest));
-    // Inside a segment speed peaks at roots of a cubic, the dear part. The
-    // control points bound it, so only segments that may matter are looked at.
-    for segment in 0..joints.segments {
-        let inverse = 1.0 / durations[segment];
-        for group in 0..joints.groups {
-            let curve = Curve::new(&work.pieces[segment * joints.groups + group]);
-            let unit = joints.inverse_limits[0][group] * inverse;
-            if (curve.velocity_bound() * unit).largest() > scale {
-                scale = scale.max((curve.velocity_peak::<F>() * unit).largest());
-            }
-        }
+
+    /// Peaks in `u` as ratios to the limits in seconds; `inverse` is `1 / h`.
+    #[inline(always)]
+    fn over_limits<S: Simd>(
+        &self,
+        simd: S,
+        cell: Cell,
+        part: usize,
+        inverse: f64,
+        peaks: [Vector<S>; 3],
+    ) -> [Vector<S>; 3] {
+        let [velocity, acceleration, jerk] = &self.inverse_limits;
+        let group = cell.group;
+        [
+            peaks[0] * Vector::load(simd, &velocity[group], part) * inverse,
+            peaks[1] * Vector::load(simd, &acceleration[group], part) * (inverse * inverse),
+            peaks[2] * Vector::load(simd, &jerk[group], part) * (inverse * inverse * inverse),
+        ]
     }
-    scale
 }
 
 /// Derivatives of a segment in `u`: velocity `v0 + v1 u + ...`, acceleration
 /// `a0 + ... + a3 u^3`.
-struct Curve {
-    velocity: [Lanes; 5],
-    acceleration: [Lanes; 4],
+struct Curve<S: Simd> {
+    simd: S,
+    position: [Vector<S>; 6],
+    velocity: [Vector<S>; 5],
+    acceleration: [Vector<S>; 4],
 }
 
-impl Curve {
+impl<S: Simd> Curve<S> {
     #[inline(always)]
-    fn new(c: &Piece) -> Self {
+    fn new(simd: S, piece: &Piece, part: usize) -> Self {
+        let mut c = [Vector::splat(simd, 0.0); 6];
+        for (c, lanes) in c.iter_mut().zip(piece) {
+            *c = Vector::load(simd, lanes, part);
+        }
         Self {
+            simd,
+            position: c,
             velocity: [c[1], c[2] * 2.0, c[3] * 3.0, c[4] * 4.0, c[5] * 5.0],
             acceleration: [c[2] * 2.0, c[3] * 6.0, c[4] * 12.0, c[5] * 20.0],
         }
     }
 
+    #[inline(always)]
+    fn splat(&self, value: f64) -> Vector<S> {
+        Vector::splat(self.simd, value)
+    }
+
     /// Jerk at `u`.
     #[inline(always)]
-    fn jerk(&self, u: Lanes) -> Lanes {
+    fn jerk(&self, u: Vector<S>) -> Vector<S> {
         let [_, a1, a2, a3] = self.acceleration;
         (a3 * 3.0 * u + a2 * 2.0) * u + a1
     }
 
     /// Where acceleration turns, ascending; zero where it does not inside (0, 1).
     #[inline(always)]
-    fn turns(&self) -> [Lanes; 2] {
+    fn turns(&self) -> [Vector<S>; 2] {
         let [_, a1, a2, a3] = self.acceleration;
         let discriminant = a2 * a2 - a1 * a3 * 3.0;
-        let root = discriminant.max(Lanes::ZERO).sqrt();
+        let root = discriminant.max(self.splat(0.0)).sqrt();
         // The two sums of equal signs: nothing cancels.
-        let negative = a2.below(Lanes::ZERO);
+        let negative = a2.below(self.splat(0.0));
         let q = negative.select(root - a2, -(root + a2));
-        let first = inside(q / (a3 * 3.0));
-        let second = inside(a1 / q);
+        let first = self.inside(q / (a3 * 3.0));
+        let second = self.inside(a1 / q);
         [first.min(second), first.max(second)]
     }
 
     /// Peaks that cost no iteration: speed at the ends, acceleration, jerk.
     #[inline(always)]
-    fn slow_peaks<F: Family>(&self) -> [Lanes; 3] {
-        let one = Lanes::splat(1.0);
+    fn cheap_peaks<F: Family>(&self) -> [Vector<S>; 3] {
+        let one = self.splat(1.0);
         let speed = self.velocity[0].abs().max(horner(&self.velocity, one).abs());
         let [a0, a1, a2, a3] = self.acceleration;
         if F::DEGREE == 3 {
@@ -351,17 +448,17 @@ impl Curve {
         for turn in self.turns() {
             acceleration = acceleration.max(horner(&self.acceleration, turn).abs());
         }
-        let vertex = inside(-a2 / (a3 * 3.0));
+        let vertex = self.inside(-a2 / (a3 * 3.0));
         let jerk = a1.abs().max(self.jerk(one).abs()).max(self.jerk(vertex).abs());
         [speed, acceleration, jerk]
     }
 
     /// Largest speed inside the segment, where acceleration is zero.
     #[inline(always)]
-    fn velocity_peak<F: Family>(&self) -> Lanes {
-        let mut peak = Lanes::ZERO;
+    fn velocity_peak<F: Family>(&self) -> Vector<S> {
+        let mut peak = self.splat(0.0);
         if F::DEGREE == 3 {
-            let turn = inside(-self.acceleration[0] / self.acceleration[1]);
+            let turn = self.inside(-self.acceleration[0] / self.acceleration[1]);
             return peak.max(horner(&self.velocity, turn).abs());
         }
         for root in self.acceleration_roots() {
@@ -372,15 +469,15 @@ impl Curve {
 
     /// Roots of acceleration, ascending; an interval's start where it holds none.
     #[inline(always)]
-    fn acceleration_roots(&self) -> [Lanes; 3] {
+    fn acceleration_roots(&self) -> [Vector<S>; 3] {
         let [low, high] = self.turns();
-        let breaks = [Lanes::ZERO, low, high, Lanes::splat(1.0)];
-        monotone_roots(&self.acceleration, breaks)
+        let breaks = [self.splat(0.0), low, high, self.splat(1.0)];
+        monotone_roots(self.simd, &self.acceleration, breaks)
     }
 
     /// The control points of speed (Bernstein form) bound it.
     #[inline(always)]
-    fn velocity_bound(&self) -> Lanes {
+    fn velocity_bound(&self) -> Vector<S> {
         let [v0, v1, v2, v3, v4] = self.velocity;
         let b1 = v0 + v1 * 0.25;
         let b2 = v0 + v1 * 0.5 + v2 * (1.0 / 6.0);
@@ -391,52 +488,53 @@ impl Curve {
 
     /// Smallest and largest position, from the roots of velocity.
     #[inline(always)]
-    fn position_range<F: Family>(&self, piece: &Piece) -> [Lanes; 2] {
-        let one = Lanes::splat(1.0);
+    fn position_range<F: Family>(&self) -> [Vector<S>; 2] {
+        let one = self.splat(1.0);
+        let piece = &self.position;
         let end = horner(piece, one);
         let mut range = [piece[0].min(end), piece[0].max(end)];
         let [r0, r1, r2] = if F::DEGREE == 3 {
-            [inside(-self.acceleration[0] / self.acceleration[1]), one, one]
+            [self.inside(-self.acceleration[0] / self.acceleration[1]), one, one]
         } else {
             self.acceleration_roots()
         };
-        let breaks = [Lanes::ZERO, r0, r0.max(r1), r0.max(r1).max(r2), one];
-        let roots: [Lanes; 4] = monotone_roots(&self.velocity, breaks);
+        let breaks = [self.splat(0.0), r0, r0.max(r1), r0.max(r1).max(r2), one];
+        let roots: [Vector<S>; 4] = monotone_roots(self.simd, &self.velocity, breaks);
         for root in roots {
             let position = horner(piece, root);
             range = [range[0].min(position), range[1].max(position)];
         }
         range
     }
-}
 
-/// The control points of position (Bernstein form) enclose it.
-#[inline(always)]
-fn position_hull(c: &Piece) -> [Lanes; 2] {
-    let points = [
-        c[0],
-        c[0] + c[1] * 0.2,
-        c[0] + c[1] * 0.4 + c[2] * 0.1,
-        c[0] + c[1] * 0.6 + c[2] * 0.3 + c[3] * 0.1,
-        c[0] + c[1] * 0.8 + c[2] * 0.6 + c[3] * 0.4 + c[4] * 0.2,
-        c[0] + c[1] + c[2] + c[3] + c[4] + c[5],
-    ];
-    let mut hull = [points[0], points[0]];
-    for point in points {
-        hull = [hull[0].min(point), hull[1].max(point)];
+    /// The control points of position (Bernstein form) enclose it.
+    #[inline(always)]
+    fn position_hull(&self) -> [Vector<S>; 2] {
+        let c = &self.position;
+        let points = [
+            c[0] + c[1] * 0.2,
+            c[0] + c[1] * 0.4 + c[2] * 0.1,
+            c[0] + c[1] * 0.6 + c[2] * 0.3 + c[3] * 0.1,
+            c[0] + c[1] * 0.8 + c[2] * 0.6 + c[3] * 0.4 + c[4] * 0.2,
+            c[0] + c[1] + c[2] + c[3] + c[4] + c[5],
+        ];
+        let mut hull = [c[0], c[0]];
+        for point in points {
+            hull = [hull[0].min(point), hull[1].max(point)];
+        }
+        hull
     }
-    hull
+
+    /// `u` where it lies inside (0, 1), else zero; not-a-number counts as outside.
+    #[inline(always)]
+    fn inside(&self, u: Vector<S>) -> Vector<S> {
+        let zero = self.splat(0.0);
+        zero.below(u).and(u.below(self.splat(1.0))).select(u, zero)
+    }
 }
 
-/// `u` where it lies inside (0, 1), else zero; not-a-number counts as outside.
 #[inline(always)]
-fn inside(u: Lanes) -> Lanes {
-    let lawful = Lanes::ZERO.below(u).and(u.below(Lanes::splat(1.0)));
-    lawful.select(u, Lanes::ZERO)
-}
-
-#[inline(always)]
-fn horner<const N: usize>(c: &[Lanes; N], u: Lanes) -> Lanes {
+fn horner<S: Simd, const N: usize>(c: &[Vector<S>; N], u: Vector<S>) -> Vector<S> {
     let mut sum = c[N - 1];
     for k in (0..N - 1).rev() {
         sum = sum * u + c[k];
@@ -446,80 +544,78 @@ fn horner<const N: usize>(c: &[Lanes; N], u: Lanes) -> Lanes {
 
 /// Value and slope at `u`.
 #[inline(always)]
-fn horner_slope<const N: usize>(c: &[Lanes; N], u: Lanes) -> (Lanes, Lanes) {
-    let mut sum = c[N - 1];
-    let mut slope = Lanes::ZERO;
-    for k in (0..N - 1).rev() {
+fn horner_slope<S: Simd, const N: usize>(
+    c: &[Vector<S>; N],
+    u: Vector<S>,
+) -> (Vector<S>, Vector<S>) {
+    let mut slope = c[N - 1];
+    let mut sum = c[N - 1] * u + c[N - 2];
+    for k in (0..N - 2).rev() {
         slope = slope * u + sum;
         sum = sum * u + c[k];
     }
     (sum, slope)
 }
 
+/// How far a root in `u` may be off.
+const ROOT_TOLERANCE: f64 = 1e-8;
+
 /// The root in each interval between neighbouring `breaks`, where the
 /// polynomial is monotone; the interval's start where the sign does not change.
 ///
 /// Newton's method inside a shrinking bracket, for all intervals side by side.
 /// The roots serve as places of extrema, where an error of `e` shifts the value
-/// by the order of `e^2`: at 1e-8 the extremum is exact to rounding.
+/// by the order of `e^2`: at [`ROOT_TOLERANCE`] the extremum is exact to rounding.
 #[inline(always)]
-fn monotone_roots<const N: usize, const B: usize, const R: usize>(
-    c: &[Lanes; N],
-    breaks: [Lanes; B],
-) -> [Lanes; R] {
+fn monotone_roots<S: Simd, const N: usize, const B: usize, const R: usize>(
+    simd: S,
+    c: &[Vector<S>; N],
+    breaks: [Vector<S>; B],
+) -> [Vector<S>; R] {
     const { assert!(B == R + 1) };
-    let values: [Lanes; B] = each(|b| horner(c, breaks[b]));
-    let mut low: [Lanes; R] = each(|r| breaks[r]);
-    let mut high: [Lanes; R] = each(|r| breaks[r + 1]);
-    // +1 where the polynomial rises through its root, -1 where it falls.
-    let rising: [Lanes; R] =
-        each(|r| values[r].below(values[r + 1]).select(Lanes::splat(1.0), Lanes::splat(-1.0)));
-    let crossing: [_; R] = each_mask(|r| {
-        (values[r] * rising[r]).below(Lanes::ZERO).and(Lanes::ZERO.below(values[r + 1] * rising[r]))
-    });
+    let [zero, one, tolerance] = [0.0, 1.0, ROOT_TOLERANCE].map(|value| Vector::splat(simd, value));
+    let mut low = [zero; R];
+    let mut high = [zero; R];
+    let mut u = [zero; R];
+    // +1 where the polynomial rises, -1 where it falls: its sign is then
+    // negative before the root everywhere.
+    let mut rising = [zero; R];
+    let mut crossing = zero.below(zero);
+    let mut before = horner(c, breaks[0]);
     for r in 0..R {
-        high[r] = crossing[r].select(high[r], low[r]);
+        let after = horner(c, breaks[r + 1]);
+        rising[r] = before.below(after).select(one, -one);
+        let crosses = (before * rising[r]).below(zero).and(zero.below(after * rising[r]));
+        crossing = crossing.or(crosses);
+        low[r] = breaks[r];
+        high[r] = crosses.select(breaks[r + 1], breaks[r]);
+        let secant = low[r] - before * (high[r] - low[r]) / (after - before);
+        u[r] = crosses.select(secant, low[r]);
+        before = after;
     }
-    if !crossing.iter().fold(false, |any, mask| any | mask.any()) {
+    if !crossing.any() {
         return low;
     }
-    let mut u: [Lanes; R] = each(|r| {
-        let secant = low[r] - values[r] * (high[r] - low[r]) / (values[r + 1] - values[r]);
-        crossing[r].select(secant, low[r])
-    });
     for _ in 0..60 {
-        let mut widest = Lanes::ZERO;
+        let mut widest = zero;
         for r in 0..R {
             let (value, slope) = horner_slope(c, u[r]);
-            let under = (value * rising[r]).below(Lanes::ZERO);
+            let under = (value * rising[r]).below(zero);
             low[r] = under.select(u[r], low[r]);
             high[r] = under.select(high[r], u[r]);
-            let newton = u[r] - value / slope;
-            let lawful = low[r].below(newton).and(newton.below(high[r]));
-            let next = lawful.select(newton, (low[r] + high[r]) * 0.5);
-            let next = crossing[r].select(next, u[r]);
+            let step = value / slope;
+            let newton = u[r] - step;
+            // A root at an end of the bracket is left by rounding alone: stay.
+            let arrived = step.abs().below(tolerance);
+            let lawful = low[r].at_most(newton).and(newton.at_most(high[r]));
+            let middle = (low[r] + high[r]) * 0.5;
+            let next = lawful.select(newton, arrived.select(u[r], middle));
             widest = widest.max((next - u[r]).abs());
             u[r] = next;
         }
-        if widest.largest() < 1e-8 {
+        if widest.largest() < ROOT_TOLERANCE {
             break;
         }
     }
     u
-}
-
-#[inline(always)]
-fn each<const R: usize>(f: impl Fn(usize) -> Lanes) -> [Lanes; R] {
-    let mut out = [Lanes::ZERO; R];
-    for (index, value) in out.iter_mut().enumerate() {
-        *value = f(index);
-    }
-    out
-}
-
-#[inline(always)]
-fn each_mask<const R: usize>(
-    f: impl Fn(usize) -> crate::math::lanes::Mask,
-) -> [crate::math::lanes::Mask; R] {
-    std::array::from_fn(f)
 }

@@ -1,11 +1,17 @@
 //! Timed motion: trajectories, interpolations, timing and certificates.
 
 mod certificate;
+mod export;
 pub mod interpolation;
 pub mod kernel;
 mod polynomial_trajectory;
+pub mod timing;
 
 pub use certificate::{Certificate, Clearance, JointCertificate, Peak, PositionRange, Violation};
+pub use export::{
+    ExportError, JointTrajectory, JointTrajectoryPoint, MAX_SAMPLES, Quantity, RosDuration,
+    Samples, Timeline, UnknownQuantity,
+};
 pub use polynomial_trajectory::{KinematicState, Trajectory, TrajectoryError};
 
 use serde::{Deserialize, Serialize};

@@ -1,0 +1,132 @@
+//! Evaluates candidates, counts them and remembers the best.
+
+use rayon::prelude::*;
+
+use super::{Bounds, Candidate, Objective};
+use crate::budget::{Budget, StopReason};
+
+/// Work below this is not worth waking another thread, ns.
+const PARALLEL_NS: f64 = 200_000.0;
+
+/// Candidates between two looks at the budget: well below a millisecond.
+const CHUNK: usize = 64;
+
+/// The objective as an optimizer sees it.
+pub struct Evaluator<'a> {
+    objective: &'a dyn Objective,
+    budget: &'a Budget,
+    /// One per thread that ever evaluated.
+    candidates: Vec<Box<dyn Candidate + 'a>>,
+    evaluations: u64,
+    best: f64,
+    best_position: Vec<f64>,
+    stopped: Option<StopReason>,
+}
+
+impl<'a> Evaluator<'a> {
+    /// An evaluator that has seen nothing yet.
+    pub fn new(objective: &'a dyn Objective, budget: &'a Budget) -> Self {
+        Self {
+            objective,
+            budget,
+            candidates: vec![objective.candidate()],
+            evaluations: 0,
+            best: f64::INFINITY,
+            best_position: Vec::new(),
+            stopped: None,
+        }
+    }
+
+    /// The search box.
+    pub fn bounds(&self) -> &'a Bounds {
+        self.objective.bounds()
+    }
+
+    /// Candidates evaluated so far.
+    pub fn evaluations(&self) -> u64 {
+        self.evaluations
+    }
+
+    /// The best fitness so far; infinite if none was feasible.
+    pub fn best(&self) -> f64 {
+        self.best
+    }
+
+    /// The candidate with the best fitness; empty if none was feasible.
+    pub fn best_position(&self) -> &[f64] {
+        &self.best_position
+    }
+
+    /// Why the search has to end, if it has to.
+    pub fn stop_reason(&mut self) -> Option<StopReason> {
+        self.stopped = self.stopped.or_else(|| self.budget.stop_reason(self.evaluations));
+        self.stopped
+    }
+
+    /// Moves a candidate to a feasible one nearby, if the objective can.
+    pub fn repair(&mut self, position: &mut [f64]) {
+        self.candidates[0].repair(position);
+    }
+
+    /// [`Candidate::homogeneous`], counted as one evaluation.
+    pub fn homogeneous(&mut self, position: &[f64], ratios: &mut Vec<f64>) -> f64 {
+        self.evaluations += 1;
+        self.candidates[0].homogeneous(position, ratios)
+    }
+
+    /// Offers a candidate whose fitness the optimizer worked out itself.
+    pub fn offer(&mut self, position: &[f64], fitness: f64) {
+        if fitness < self.best {
+            self.best = fitness;
+            self.best_position.clear();
+            self.best_position.extend_from_slice(position);
+        }
+    }
+
+    /// Evaluates a population, `positions[i * dimension..]` being candidate `i`.
+    ///
+    /// Runs in several threads where that pays; the result does not depend on
+    /// it. Candidates beyond the budget get an infinite fitness.
+    pub fn population(&mut self, positions: &[f64], fitness: &mut [f64]) {
+        fitness.fill(f64::INFINITY);
+        let dimension = self.bounds().dimension();
+        let work = self.objective.evaluation_ns() * fitness.len() as f64;
+        let threads = if work < PARALLEL_NS { 1 } else { rayon::current_num_threads() };
+        while self.candidates.len() < threads {
+            self.candidates.push(self.objective.candidate());
+        }
+        let mut done = 0;
+        while done < fitness.len() && self.stop_reason().is_none() {
+            let round = (CHUNK * threads).min(fitness.len() - done);
+            let positions = &positions[done * dimension..(done + round) * dimension];
+            let fitness = &mut fitness[done..done + round];
+            if threads == 1 {
+                evaluate(&mut self.candidates[0], dimension, positions, fitness);
+            } else {
+                self.candidates
+                    .par_iter_mut()
+                    .zip(positions.par_chunks(CHUNK * dimension))
+                    .zip(fitness.par_chunks_mut(CHUNK))
+                    .for_each(|((candidate, positions), fitness)| {
+                        evaluate(candidate, dimension, positions, fitness);
+                    });
+            }
+            self.evaluations += round as u64;
+            done += round;
+        }
+        for (position, &fitness) in positions.chunks_exact(dimension).zip(fitness.iter()) {
+            self.offer(position, fitness);
+        }
+    }
+}
+
+fn evaluate(
+    candidate: &mut Box<dyn Candidate + '_>,
+    dimension: usize,
+    positions: &[f64],
+    fitness: &mut [f64],
+) {
+    for (position, fitness) in positions.chunks_exact(dimension).zip(fitness) {
+        *fitness = candidate.fitness(position);
+    }
+}

@@ -1,0 +1,289 @@
+//! The family's true optimum: minimax over proportions, by the scaling law.
+//!
+//! For `minimise sum(x) subject to r_k(x) <= 1` with `r_k(s x) = r_k(x) / s`,
+//! every direction `x` has one best multiple, so
+//! `F(x) = sum(x) max_k r_k(x)` is to be minimised over directions alone: a
+//! problem without constraints and with one variable less.
+//!
+//! In logarithms `y = ln x`, `F` is the sum of a convex function and a maximum
+//! of nearly linear ones. A smooth stand-in replaces the maximum by
+//! `1/b ln sum exp(b ln r_k)`, whose curvature is known from gradients alone;
+//! damped Newton steps follow its minimum as `b` grows until both agree. Starts
+//! are the objective's own and the best of a fixed random sample, so the method
+//! is deterministic: the seed changes nothing.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::registry::{OptimizerEntry, Parameter, ParameterKind, Settings, real};
+use super::{Evaluator, Objective, Optimizer, Step};
+use crate::math::random::RandomStream;
+
+/// Its registry entry.
+pub const ENTRY: OptimizerEntry = OptimizerEntry {
+    name: "exact",
+    title: "Exact optimum of the family",
+    description: "Deterministic. Minimises over duration proportions with the scaling law, from \
+                  several starts, by smoothed minimax with Newton steps. Ignores the seed and \
+                  constraint_handling.",
+    source: "scaling law (spec 0.1); smoothed minimax: Xu 2001, doi:10.1023/A:1011211101714",
+    parameters: PARAMETERS,
+    build: |settings, objective, _| Box::new(Exact::new(settings, objective)),
+};
+
+const PARAMETERS: &[Parameter] = &[
+    Parameter {
+        name: "iterations",
+        description: "starting points searched from, at most",
+        kind: ParameterKind::Integer,
+        default: Some(8.0),
+        min: 0.0,
+        max: 1000.0,
+    },
+    real("tolerance", "relative accuracy of the duration", 1e-7, 1e-12, 1e-2),
+];
+
+/// Weight of what no scaling can mend, in logarithms of the objective.
+const VIOLATION_WEIGHT: f64 = 50.0;
+
+/// Step of the difference quotients in `y`; peaks are exact to rounding, so
+/// gradients are good to about 1e-8.
+const DIFFERENCE: f64 = 1e-6;
+
+/// Largest Newton step in any component of `y`.
+const LONGEST_STEP: f64 = 0.5;
+
+/// `b`, coarse to fine: at the end the stand-in is within `ln(m) / b` of `F`.
+const SHARPNESS: [f64; 6] = [30.0, 200.0, 2e3, 2e4, 2e5, 2e6];
+
+/// Random directions looked at before the search starts.
+const SAMPLES: usize = 96;
+
+struct Exact {
+    objective_starts: Vec<Vec<f64>>,
+    searches: usize,
+    tolerance: f64,
+    /// Starts in `y`, best first; filled by the first step.
+    starts: Vec<DVector<f64>>,
+    next: usize,
+    memory: Memory,
+}
+
+/// Buffers of the evaluations.
+#[derive(Default)]
+struct Memory {
+    position: Vec<f64>,
+    ratios: Vec<f64>,
+}
+
+/// The constraints near the largest one at some `y`.
+struct Sample {
+    /// Index and `ln r_k`.
+    near: Vec<(usize, f64)>,
+    /// The largest `ln r_k`.
+    largest: f64,
+    /// `ln sum(x)`.
+    log_sum: f64,
+    /// What no scaling can mend.
+    violation: f64,
+}
+
+impl Exact {
+    fn new(settings: &Settings, objective: &dyn Objective) -> Self {
+        Self {
+            objective_starts: objective.starts(),
+            searches: settings.integer("iterations").max(1) as usize,
+            tolerance: settings.get("tolerance"),
+            starts: Vec::new(),
+            next: 0,
+            memory: Memory::default(),
+        }
+    }
+
+    /// Orders the objective's starts and random directions around them by `F`.
+    fn choose_starts(&mut self, evaluator: &mut Evaluator<'_>) {
+        let mut random = RandomStream::new(0, 0);
+        let dimension = evaluator.bounds().dimension();
+        let given = self.objective_starts.iter().map(|x| logarithms(x));
+        let mut starts: Vec<DVector<f64>> = given.collect();
+        starts.push(DVector::zeros(dimension));
+        let centre = starts[0].clone();
+        for _ in 0..SAMPLES {
+            // A sum of three uniform numbers spreads like a bell of deviation 0.5.
+            let mut spread = || random.unit() + random.unit() + random.unit() - 1.5;
+            starts.push(centre.map(|y| y + spread()));
+        }
+        let mut ranked: Vec<(f64, DVector<f64>)> = Vec::with_capacity(starts.len());
+        for y in starts {
+            if evaluator.stop_reason().is_some() && !ranked.is_empty() {
+                break;
+            }
+            let value = self.memory.sample(evaluator, &y, 0.0).value();
+            ranked.push((value, y));
+        }
+        ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+        self.starts = ranked.into_iter().map(|(_, y)| y).take(self.searches).collect();
+    }
+}
+
+impl Optimizer for Exact {
+    fn step(&mut self, evaluator: &mut Evaluator<'_>) -> Step {
+        if self.starts.is_empty() {
+            self.choose_starts(evaluator);
+        }
+        let mut y = self.starts[self.next].clone();
+        for sharpness in SHARPNESS {
+            y = self.memory.descend(evaluator, y, sharpness, self.tolerance);
+        }
+        self.next += 1;
+        Step { mean: None, converged: self.next == self.starts.len() }
+    }
+}
+
+impl Memory {
+    /// Evaluates at `y` and offers the scaled candidate to the evaluator.
+    /// Constraints further than `window` below the largest are left out.
+    fn sample(&mut self, evaluator: &mut Evaluator<'_>, y: &DVector<f64>, window: f64) -> Sample {
+        self.position.clear();
+        self.position.extend(y.iter().map(|y| libm::exp(*y)));
+        let violation = evaluator.homogeneous(&self.position, &mut self.ratios);
+        let largest = self.ratios.iter().copied().fold(0.0, f64::max);
+        let sum: f64 = self.position.iter().sum();
+        let threshold = largest * libm::exp(-window);
+        let near = self.ratios.iter().enumerate().filter(|(_, ratio)| **ratio >= threshold);
+        let sample = Sample {
+            near: near.map(|(index, ratio)| (index, libm::log(*ratio))).collect(),
+            largest: libm::log(largest),
+            log_sum: libm::log(sum),
+            violation,
+        };
+        if violation <= 0.0 {
+            for x in &mut self.position {
+                *x *= largest;
+            }
+            evaluator.offer(&self.position, sum * largest);
+        }
+        sample
+    }
+
+    /// Damped Newton steps (Levenberg and Marquardt) on the smooth stand-in.
+    fn descend(
+        &mut self,
+        evaluator: &mut Evaluator<'_>,
+        mut y: DVector<f64>,
+        sharpness: f64,
+        tolerance: f64,
+    ) -> DVector<f64> {
+        let window = 30.0 / sharpness;
+        let mut here = self.sample(evaluator, &y, window);
+        let mut damping = 1e-3;
+        for _ in 0..40 {
+            if evaluator.stop_reason().is_some() {
+                break;
+            }
+            let (gradient, curvature) = self.model(evaluator, &y, &here, sharpness);
+            let value = here.smooth(sharpness);
+            let mut accepted = None;
+            for _ in 0..12 {
+                let Some(step) = newton_step(&gradient, &curvature, damping) else {
+                    damping *= 10.0;
+                    continue;
+                };
+                let trial = &y + step;
+                let there = self.sample(evaluator, &trial, window);
+                if there.smooth(sharpness) < value {
+                    damping = (damping * 0.2).max(1e-9);
+                    accepted = Some((trial, there));
+                    break;
+                }
+                damping *= 8.0;
+            }
+            let Some((trial, there)) = accepted else { break };
+            let gained = value - there.smooth(sharpness);
+            (y, here) = (trial, there);
+            if gained < 0.1 * tolerance {
+                break;
+            }
+        }
+        y
+    }
+
+    /// Gradient and curvature of the stand-in, from difference quotients.
+    fn model(
+        &mut self,
+        evaluator: &mut Evaluator<'_>,
+        y: &DVector<f64>,
+        here: &Sample,
+        sharpness: f64,
+    ) -> (DVector<f64>, DMatrix<f64>) {
+        let n = y.len();
+        let share = DVector::from_iterator(n, y.iter().map(|y| libm::exp(y - here.log_sum)));
+        let weights = here.weights(sharpness);
+        let mut slopes = DMatrix::zeros(here.near.len(), n);
+        let mut gradient = share.clone();
+        let mut shifted = y.clone();
+        for i in 0..n {
+            shifted[i] += DIFFERENCE;
+            // Only the raw ratios at the same indices are needed here.
+            self.position.clear();
+            self.position.extend(shifted.iter().map(|y| libm::exp(*y)));
+            let violation = evaluator.homogeneous(&self.position, &mut self.ratios);
+            for (row, &(index, log)) in here.near.iter().enumerate() {
+                slopes[(row, i)] = (libm::log(self.ratios[index]) - log) / DIFFERENCE;
+            }
+            if here.violation > 0.0 {
+                gradient[i] += VIOLATION_WEIGHT * (violation - here.violation) / DIFFERENCE;
+            }
+            shifted[i] = y[i];
+        }
+        let mean = slopes.tr_mul(&weights);
+        gradient += &mean;
+        let mut curvature = DMatrix::from_diagonal(&share) - &share * share.transpose();
+        for (row, weight) in weights.iter().enumerate() {
+            let off = slopes.row(row).transpose() - &mean;
+            curvature.ger(sharpness * weight, &off, &off, 1.0);
+        }
+        (gradient, curvature)
+    }
+}
+
+impl Sample {
+    /// `ln F`, with what no scaling can mend added.
+    fn value(&self) -> f64 {
+        self.log_sum + self.largest + VIOLATION_WEIGHT * self.violation.max(0.0)
+    }
+
+    /// The smooth stand-in of [`value`](Self::value).
+    fn smooth(&self, sharpness: f64) -> f64 {
+        let excess = |log: f64| libm::exp(sharpness * (log - self.largest));
+        let sum: f64 = self.near.iter().map(|&(_, log)| excess(log)).sum();
+        self.value() + libm::log(sum) / sharpness
+    }
+
+    /// How much each near constraint counts; sums to 1.
+    fn weights(&self, sharpness: f64) -> DVector<f64> {
+        let excess = |&(_, log): &(usize, f64)| libm::exp(sharpness * (log - self.largest));
+        let weights = DVector::from_iterator(self.near.len(), self.near.iter().map(excess));
+        let sum = weights.sum();
+        weights / sum
+    }
+}
+
+/// `-(curvature + damping)⁻¹ gradient`, no longer than [`LONGEST_STEP`].
+fn newton_step(
+    gradient: &DVector<f64>,
+    curvature: &DMatrix<f64>,
+    damping: f64,
+) -> Option<DVector<f64>> {
+    let mut damped = curvature.clone();
+    for i in 0..gradient.len() {
+        // Relative to the curvature itself, which grows with the sharpness.
+        damped[(i, i)] += damping * (1.0 + curvature[(i, i)]);
+    }
+    let step = -damped.cholesky()?.solve(gradient);
+    let longest = step.amax();
+    longest.is_finite().then(|| step * (LONGEST_STEP / longest).min(1.0))
+}
+
+fn logarithms(x: &[f64]) -> DVector<f64> {
+    DVector::from_iterator(x.len(), x.iter().map(|x| libm::log(*x)))
+}
