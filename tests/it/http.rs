@@ -356,7 +356,8 @@ async fn requests_have_ids_the_clients_or_new_ones() {
 #[tokio::test]
 async fn answers_are_compressed_for_those_who_ask() {
     let server = Server::start().await;
-    let ask = |path: &str| server.request(Method::GET, path).header("Accept-Encoding", "gzip").send();
+    let ask =
+        |path: &str| server.request(Method::GET, path).header("Accept-Encoding", "gzip").send();
     let response = ask("/v1/robots").await.unwrap();
     assert_eq!(header(&response, "content-encoding"), "gzip");
     assert_eq!(response.bytes().await.unwrap()[..2], [0x1f, 0x8b]);
@@ -371,7 +372,10 @@ async fn bodies_may_come_compressed_and_are_measured_unpacked() {
     let server = Server::start().await;
     let send = |body: Vec<u8>, encoding: &str| {
         let request = server.request(Method::POST, "/v1/jobs").body(body);
-        request.header("Content-Type", "application/json").header("Content-Encoding", encoding).send()
+        request
+            .header("Content-Type", "application/json")
+            .header("Content-Encoding", encoding)
+            .send()
     };
     let job = quick_job().to_string();
     let response = send(gzip::stored(job.as_bytes()), "gzip").await.unwrap();
