@@ -93,6 +93,18 @@ mod tests {
     use super::*;
 
     #[test]
+    fn the_schema_shows_number_time_and_the_three_types() {
+        let schema = serde_json::to_string(&<JobEvent as utoipa::PartialSchema>::schema()).unwrap();
+        assert!(schema.contains(r#""seq""#) && schema.contains("date-time"), "{schema}");
+        let mut parts = Vec::new();
+        <JobEvent as ToSchema>::schemas(&mut parts);
+        let parts = serde_json::to_string(&parts).unwrap();
+        for tag in ["state", "progress", "finished"] {
+            assert!(parts.contains(&format!(r#""enum":["{tag}"]"#)), "{tag} not in {parts}");
+        }
+    }
+
+    #[test]
     fn events_are_flat_tagged_objects_that_read_back_equal() {
         let progress =
             Progress { best: Some(f64::INFINITY), mean: Some(0.1 + 0.2), ..<_>::default() };

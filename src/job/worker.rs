@@ -137,8 +137,16 @@ impl Worker {
             }
             (outcome, _) => finish_of(outcome),
         };
-        let state = finish.state;
-        if self.store.finish(job.id, claim.number, finish).wait()? {
+        let mut state = finish.state;
+        let mut stored = self.store.finish(job.id, claim.number, finish).wait();
+        if let Err(StoreError::Statement(error)) = &stored {
+            // A result beyond what the store can hold must not leave the job running.
+            tracing::error!(job = %job.id, error, "a result was not stored");
+            let finish = finish_of(internal("the result could not be stored"));
+            state = finish.state;
+            stored = self.store.finish(job.id, claim.number, finish).wait();
+        }
+        if stored? {
             self.metrics.ended(state, &job.task, &job.method);
         } else {
             self.metrics.discarded_results.inc();

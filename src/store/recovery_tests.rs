@@ -41,12 +41,14 @@ async fn a_job_that_kills_its_process_three_times_fails() {
     let mut bench = Bench::start(&place, 10).await;
     let deadly = bench.run("gate").await;
     for _ in 0..2 {
-        place = place.crash();
-        bench = Bench::start(&place, 10).await;
+        let image = place.crash();
+        bench = Bench::start(&image, 10).await;
+        place = image;
         assert_eq!(bench.next_started().await, deadly);
     }
     let waiting = bench.submit(new_job("waiting")).await;
-    let bench = Bench::start(&place.crash(), 10).await;
+    let image = place.crash();
+    let bench = Bench::start(&image, 10).await;
     bench.ended_as(deadly, JobState::Failed, Some("worker_crashed")).await;
     assert_eq!(bench.jobs.get(deadly).await.unwrap().attempt, 3);
     bench.ended_as(waiting, JobState::Succeeded, None).await;

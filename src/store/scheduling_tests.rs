@@ -180,20 +180,27 @@ async fn two_hundred_watchers_see_the_same_events_whenever_they_come() {
         watchers.push((number % 4, tokio::spawn(events.collect::<Vec<_>>())));
     }
     let expected = bench.events(id, 0).await;
-    assert_eq!(bench.story(id).await, "queued running progress progress succeeded");
-    assert!(expected.iter().map(|event| event.seq).eq(1..=5));
-    let iterations: Vec<_> = expected.iter().filter_map(|event| match &event.kind {
+    // How many reports pass in between depends on the machine.
+    let story = bench.story(id).await;
+    assert!(story.starts_with("queued running progress progress "), "{story}");
+    assert!(story.ends_with("progress succeeded"), "{story}");
+    assert!((1..).zip(&expected).all(|(seq, event)| event.seq == seq), "{expected:?}");
+    let iterations = expected.iter().filter_map(|event| match &event.kind {
         EventKind::Progress(progress) => Some((progress.iteration, progress.best)),
         _ => None,
     });
-    assert_eq!(iterations, [(1, None), (1000, Some(0.1))]);
+    let iterations: Vec<_> = iterations.collect();
+    assert_eq!(
+        (iterations.first(), iterations.last()),
+        (Some(&(1, None)), Some(&(1000, Some(0.1))))
+    );
     assert_eq!(watchers.len(), 200);
     for (after_seq, watcher) in watchers {
         let seen: Vec<_> = watcher.await.unwrap().into_iter().map(Result::unwrap).collect();
         let expected = &expected[usize::try_from(after_seq).unwrap()..];
         assert!(seen.iter().map(|event| &**event).eq(expected), "after {after_seq}: {seen:?}");
     }
-    assert!(bench.events(id, 5).await.is_empty());
+    assert!(bench.events(id, expected.len() as u64).await.is_empty());
     let job = bench.jobs.get(id).await.unwrap();
     assert_eq!(job.progress.map(|progress| progress.iteration), Some(1000));
     assert!(
@@ -243,4 +250,17 @@ async fn a_failed_store_is_reported_to_callers_and_watchers() {
     assert_eq!(bench.jobs.counts().queued, 0);
     bench.open_gate();
     bench.jobs.drain(LONG).await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_result_that_cannot_be_stored_fails_its_job() {
+    let place = Place::new();
+    let mut bench = Bench::start(&place, 10).await;
+    place.meddle(
+        "CREATE TRIGGER full BEFORE INSERT ON results BEGIN SELECT RAISE(ABORT, 'no'); END",
+    );
+    let id = bench.run("plain").await;
+    bench.ended_as(id, JobState::Failed, Some("internal")).await;
+    assert_eq!(bench.story(id).await, "queued running failed");
+    assert_eq!(bench.jobs.result(id).await.unwrap().text, None);
 }

@@ -107,7 +107,9 @@ fn lock(path: &Path) -> Result<File, OpenError> {
     if let Some(directory) = path.parent() {
         std::fs::create_dir_all(directory).map_err(io(directory.to_owned()))?;
     }
-    let lock_path = path.with_added_extension("lock");
+    let mut lock_path = path.as_os_str().to_owned();
+    lock_path.push(".lock");
+    let lock_path = PathBuf::from(lock_path);
     let file = File::options().create(true).truncate(false).write(true).open(&lock_path);
     let file = file.map_err(io(lock_path.clone()))?;
     match file.try_lock() {

@@ -227,6 +227,13 @@ impl Bench {
     }
 }
 
+impl Drop for Bench {
+    fn drop(&mut self) {
+        // Lets a thread end that still stands at the gate.
+        self.open_gate();
+    }
+}
+
 /// The error in `result`; jobs and submissions have no plain `Debug` worth reading.
 pub(super) fn error_of<T>(result: Result<T, JobsError>) -> JobsError {
     result.err().unwrap()
