@@ -53,15 +53,9 @@ fn finite(value: Option<f64>) -> Option<f64> {
     value.filter(|value| value.is_finite())
 }
 
-/// Draws the searches behind `result`, a curve per leg; see
-/// [`compare_convergence`].
-pub fn convergence(result: &PlanResult) -> String {
-    compare_convergence(&Curve::all(result))
-}
-
 /// Draws how each search's best duration, and the mean of its candidates, fell
 /// with the number of evaluations, as SVG.
-pub fn compare_convergence(curves: &[Curve<'_>]) -> String {
+pub fn convergence(curves: &[Curve<'_>]) -> String {
     let legend = Legend::new(legend_entries(curves), LEFT, RIGHT);
     let top = 56.0 + legend.height();
     let frame = Frame { left: LEFT, right: RIGHT, top, bottom: top + PLOT_HEIGHT };

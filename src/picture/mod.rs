@@ -10,7 +10,7 @@ mod motion;
 mod palette;
 mod scale;
 
-pub use convergence::{Curve, compare_convergence, convergence};
+pub use convergence::{Curve, convergence};
 pub use motion::{Section, plot};
 
 #[cfg(test)]

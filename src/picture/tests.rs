@@ -7,7 +7,7 @@ use crate::optimize::ConvergencePoint;
 use crate::plan::{PlanResult, TrajectoryResult};
 use crate::trajectory::Quantity;
 
-use super::{Curve, Section, compare_convergence, convergence, plot};
+use super::{Curve, Section, convergence, plot};
 
 /// A motion of `dof` joints in two quintic-like pieces, every second one
 /// prismatic, with values around `size` and pieces of `length` seconds.
@@ -197,7 +197,7 @@ fn sections_follow_each_other_by_name() {
     assert_well_formed(&svg);
     assert!(svg.contains(">\nAB\n") && svg.contains(">\nBC\n"));
     assert!(svg.contains("2 sections, 4 s"));
-    assert!(convergence(&program).contains("BC (exact, quintic)"));
+    assert!(convergence(&Curve::all(&program)).contains("BC (exact, quintic)"));
     let section = Section::leg(&program, "BC").unwrap();
     assert!(plot(&[section], &[Quantity::Position]).contains("test &amp; robot, BC: 2 s"));
     assert!(Section::leg(&program, "XY").is_none());
@@ -218,7 +218,7 @@ fn convergence_shows_best_mean_and_reference() {
         points: &points,
         reference: Some(("optimum", 7.0255)),
     };
-    let svg = compare_convergence(&[curve("AB")]);
+    let svg = convergence(&[curve("AB")]);
     assert_well_formed(&svg);
     for text in [
         "AB",
@@ -231,7 +231,7 @@ fn convergence_shows_best_mean_and_reference() {
         assert!(svg.contains(text), "{text}");
     }
     assert_eq!(svg.matches("<polygon").count(), 2, "the optimum and its legend");
-    let two = compare_convergence(&[curve("AB"), curve("BC")]);
+    let two = convergence(&[curve("AB"), curve("BC")]);
     assert!(two.contains("best together 15 s after 300 evaluations"));
     assert_eq!(two.matches("<circle").count(), 2);
 }
@@ -258,9 +258,9 @@ fn convergence_survives_any_values() {
                     points: &points,
                     reference: best.map(|b| ("optimum", b)),
                 };
-                assert_well_formed(&compare_convergence(&[curve.clone(), curve]));
+                assert_well_formed(&convergence(&[curve.clone(), curve]));
             }
         }
     }
-    assert_well_formed(&compare_convergence(&[]));
+    assert_well_formed(&convergence(&[]));
 }
