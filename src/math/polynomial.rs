@@ -65,6 +65,8 @@ impl Extrema {
 /// upwards every root is found, whatever the degree. No sampling is involved.
 pub struct Extremes {
     extrema: Vec<Extrema>,
+    /// Where the first derivative changes sign, ascending.
+    turns: Vec<f64>,
 }
 
 impl Extremes {
@@ -91,10 +93,14 @@ impl Extremes {
             levels.push(derivative);
         }
         let mut extrema = Vec::with_capacity(levels.len());
+        let mut turns = Vec::new();
         let mut breaks: Vec<f64> = vec![0.0, 1.0];
-        for level in levels.iter().rev() {
+        for (order, level) in levels.iter().enumerate().rev() {
             let (found, roots) = sweep(level, &breaks);
             extrema.push(found);
+            if order == 1 {
+                turns = roots.iter().map(|u| u * length).collect();
+            }
             breaks = std::iter::once(0.0).chain(roots).chain(std::iter::once(1.0)).collect();
         }
         extrema.reverse();
@@ -107,13 +113,42 @@ impl Extremes {
                 max_at: found.max_at * length,
             };
         }
-        Self { extrema }
+        Self { extrema, turns }
+    }
+
+    /// Where the polynomial turns round: the roots of its first derivative.
+    pub fn turns(&self) -> &[f64] {
+        &self.turns
+    }
+
+    /// Number of derivatives, the polynomial itself counted.
+    pub fn orders(&self) -> usize {
+        self.extrema.len()
     }
 
     /// Extrema of derivative `order` (0 is the polynomial itself).
     pub fn of(&self, order: usize) -> Extrema {
         self.extrema.get(order).copied().unwrap_or(Extrema::at(0.0, 0.0))
     }
+}
+
+/// Integral of the square over [0, `length`].
+pub fn integral_of_square(coefficients: &[f64], length: f64) -> f64 {
+    let mut sum = 0.0;
+    for (i, a) in coefficients.iter().enumerate() {
+        for (j, b) in coefficients.iter().enumerate() {
+            let power = (i + j + 1) as i32;
+            sum += a * b * length.powi(power) / f64::from(power);
+        }
+    }
+    sum
+}
+
+/// Derivative `order` at `t`.
+pub fn derivative_at(coefficients: &[f64], order: usize, t: f64) -> f64 {
+    let factor = |power: usize| (power - order + 1..=power).map(|k| k as f64).product::<f64>();
+    let terms = coefficients.iter().enumerate().skip(order).rev();
+    terms.fold(0.0, |sum, (power, c)| sum * t + c * factor(power))
 }
 
 /// Coefficients of the derivative.

@@ -261,7 +261,9 @@ pub struct LimitScale {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawPlanRequest {
+    #[expect(dead_code, reason = "read apart; here only so that its absence is noticed")]
     robot: Value,
+    #[expect(dead_code, reason = "read apart; here only so that its absence is noticed")]
     task: Value,
     #[serde(default)]
     seed: u64,

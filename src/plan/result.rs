@@ -110,6 +110,8 @@ pub struct Binding {
 /// A program's legs in order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct ProgramResult {
+    /// The robot's name.
+    pub robot: String,
     /// Joint order of every vector below.
     pub joint_names: Vec<String>,
     /// Cycle time: the legs' durations together, s.

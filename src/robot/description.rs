@@ -142,6 +142,22 @@ pub enum Provenance {
     User,
 }
 
+impl Provenance {
+    /// The name as JSON gives it.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Datasheet => "datasheet",
+            Self::Urdf => "urdf",
+            Self::Paper => "paper",
+            Self::Measured => "measured",
+            Self::ThirdParty => "third_party",
+            Self::Unconfirmed => "unconfirmed",
+            Self::Assumed => "assumed",
+            Self::User => "user",
+        }
+    }
+}
+
 /// The robot's geometry as Denavit-Hartenberg rows.
 ///
 /// Row i places the frame of joint i in the frame before it:

@@ -1,7 +1,19 @@
 //! The certificate: exact extrema against every limit, over continuous time.
 
 use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
 use utoipa::ToSchema;
+
+use super::limits::{DERIVATIVES, JointBounds, Limit};
+use super::polynomial_trajectory::{KinematicState, Trajectory};
+use crate::math::polynomial::{Extremes, derivative_at};
+
+/// How far rounding may carry a peak over its limit, relative to the limit.
+pub const LAWFUL_TOLERANCE: f64 = 1e-9;
+
+/// A derivative counts as continuous if it jumps by no more than this share of
+/// its own peak in the two pieces that meet.
+const JUMP_TOLERANCE: f64 = 1e-6;
 
 /// What a trajectory, as delivered, does to every limit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -106,4 +118,253 @@ pub struct Clearance {
     pub at: f64,
     /// The two bodies.
     pub pair: [String; 2],
+}
+
+impl Certificate {
+    /// Certifies a valid trajectory against one limit set per joint.
+    ///
+    /// `waypoints` are configurations with the times at which they are due.
+    /// Before and after, the robot is taken to stand still where the trajectory
+    /// is at rest: acceleration that then steps is infinite jerk.
+    pub fn new(
+        trajectory: &Trajectory,
+        limits: &[JointBounds],
+        waypoints: &[(f64, &[f64])],
+    ) -> Self {
+        let studies: Vec<JointStudy> =
+            (0..limits.len()).map(|joint| JointStudy::new(trajectory, joint)).collect();
+        let joints: Vec<JointCertificate> =
+            studies.iter().zip(limits).map(|(study, limits)| study.certify(limits)).collect();
+        let violations: Vec<Violation> = joints
+            .iter()
+            .zip(limits)
+            .flat_map(|(joint, limits)| joint.violations(limits))
+            .collect();
+        let ratios = joints.iter().flat_map(|joint| {
+            [&joint.velocity, &joint.acceleration, &joint.jerk].map(|peak| peak.ratio)
+        });
+        Self {
+            lawful: violations.is_empty(),
+            worst_ratio: ratios.flatten().fold(0.0, f64::max),
+            continuity: studies.iter().map(|study| study.continuity).min().unwrap_or(0),
+            starts_at_rest: studies.iter().all(|study| study.rests[0]),
+            ends_at_rest: studies.iter().all(|study| study.rests[1]),
+            joints,
+            violations,
+            waypoint_error: waypoint_error(trajectory, waypoints),
+            clearance: None,
+            sha256: trajectory.sha256(),
+        }
+    }
+}
+
+/// The largest magnitude of one derivative over the trajectory.
+#[derive(Clone, Copy)]
+struct Largest {
+    value: f64,
+    at: f64,
+}
+
+impl Largest {
+    fn include(&mut self, value: f64, at: f64) {
+        if value > self.value {
+            *self = Self { value, at };
+        }
+    }
+}
+
+/// What one joint does.
+struct JointStudy {
+    position: [Largest; 2],
+    peaks: [Largest; 3],
+    continuity: u32,
+    rests: [bool; 2],
+}
+
+impl JointStudy {
+    fn new(trajectory: &Trajectory, joint: usize) -> Self {
+        let lowest = Largest { value: f64::NEG_INFINITY, at: 0.0 };
+        let none = Largest { value: 0.0, at: 0.0 };
+        let mut study = Self {
+            position: [lowest; 2],
+            peaks: [none; 3],
+            continuity: u32::MAX,
+            rests: [true; 2],
+        };
+        let mut before: Option<(&[f64], Extremes)> = None;
+        let mut degree = 0;
+        for (piece, joints) in trajectory.pieces.iter().enumerate() {
+            let [start, end] = [trajectory.breakpoints[piece], trajectory.breakpoints[piece + 1]];
+            let extremes = Extremes::new(&joints[joint], end - start);
+            degree = degree.max(joints[joint].len() as u32 - 1);
+            let position = extremes.of(0);
+            study.position[0].include(-position.min, start + position.min_at);
+            study.position[1].include(position.max, start + position.max_at);
+            for (order, peak) in study.peaks.iter_mut().enumerate() {
+                let (value, at) = extremes.of(order + 1).peak();
+                peak.include(value, start + at);
+            }
+            if let Some((left, left_extremes)) = &before {
+                let length = start - trajectory.breakpoints[piece - 1];
+                let jump = first_jump([left, &joints[joint]], [left_extremes, &extremes], length);
+                study.meet(jump, start);
+            }
+            before = Some((&joints[joint], extremes));
+        }
+        study.continuity = study.continuity.min(degree);
+        study.look_at_ends(trajectory, joint);
+        study
+    }
+
+    /// A derivative that jumps makes all higher ones infinite there.
+    fn meet(&mut self, jump: Option<usize>, at: f64) {
+        let Some(order) = jump else { return };
+        self.continuity = self.continuity.min((order as u32).saturating_sub(1));
+        for peak in self.peaks.iter_mut().skip(order) {
+            peak.include(f64::INFINITY, at);
+        }
+    }
+
+    fn look_at_ends(&mut self, trajectory: &Trajectory, joint: usize) {
+        let last = trajectory.pieces.len() - 1;
+        let length = trajectory.breakpoints[last + 1] - trajectory.breakpoints[last];
+        for (side, piece, local) in [(0, 0, 0.0), (1, last, length)] {
+            let coefficients = &trajectory.pieces[piece][joint];
+            let velocity = derivative_at(coefficients, 1, local).abs();
+            let acceleration = derivative_at(coefficients, 2, local).abs();
+            self.rests[side] = velocity <= JUMP_TOLERANCE * self.peaks[0].value;
+            if self.rests[side] && acceleration > JUMP_TOLERANCE * self.peaks[1].value {
+                let at = if side == 0 { 0.0 } else { trajectory.duration() };
+                self.peaks[2].include(f64::INFINITY, at);
+            }
+        }
+    }
+
+    fn certify(&self, limits: &JointBounds) -> JointCertificate {
+        let peak = |order: usize| {
+            let Largest { value, at } = self.peaks[order];
+            let limit = limits.derivatives[order].as_ref();
+            let finite = Some(value).filter(|value| value.is_finite());
+            Peak {
+                peak: finite,
+                at,
+                limit: limit.map(|limit| limit.value),
+                ratio: finite.zip(limit).map(|(value, limit)| value / limit.value),
+                provenance: limit.map(|limit| limit.provenance.clone()),
+            }
+        };
+        let [min, max] = self.position;
+        let provenance = limits.lower.as_ref().or(limits.upper.as_ref());
+        JointCertificate {
+            name: limits.name.clone(),
+            position: PositionRange {
+                min: -min.value,
+                min_at: min.at,
+                max: max.value,
+                max_at: max.at,
+                lower: limits.lower.as_ref().map(|limit| limit.value),
+                upper: limits.upper.as_ref().map(|limit| limit.value),
+                provenance: provenance.map(|limit| limit.provenance.clone()),
+            },
+            velocity: peak(0),
+            acceleration: peak(1),
+            jerk: peak(2),
+        }
+    }
+}
+
+/// The lowest derivative that jumps between two pieces, if any does.
+fn first_jump(pieces: [&[f64]; 2], extremes: [&Extremes; 2], length: f64) -> Option<usize> {
+    let [left, right] = pieces;
+    (0..extremes[0].orders().max(extremes[1].orders())).find(|&order| {
+        let jump = derivative_at(left, order, length) - derivative_at(right, order, 0.0);
+        let [a, b] = extremes.map(|extremes| extremes.of(order).peak().0);
+        jump.abs() > JUMP_TOLERANCE * a.max(b)
+    })
+}
+
+impl JointCertificate {
+    fn violations(&self, limits: &JointBounds) -> Vec<Violation> {
+        let mut found = Vec::new();
+        let range = &self.position;
+        let sides = [
+            (&limits.lower, range.min, range.min_at, -1.0, "below"),
+            (&limits.upper, range.max, range.max_at, 1.0, "above"),
+        ];
+        for (limit, value, at, sign, word) in sides {
+            let Some(Limit { value: limit, .. }) = limit else { continue };
+            let excess = sign * (value - limit);
+            if excess > LAWFUL_TOLERANCE * limit.abs().max(1.0) {
+                let unit = limits.unit_of(0);
+                let detail = format!(
+                    "{} reaches {value:.6} {unit} at {at:.6} s, {word} its limit of {limit} {unit}",
+                    self.name
+                );
+                found.push(self.violation("position", at, Some(value), *limit, detail));
+            }
+        }
+        for (order, peak) in [&self.velocity, &self.acceleration, &self.jerk].iter().enumerate() {
+            let Some(limit) = peak.limit else { continue };
+            if peak.peak.is_some_and(|peak| peak <= limit * (1.0 + LAWFUL_TOLERANCE)) {
+                continue;
+            }
+            let (name, unit) = (DERIVATIVES[order], limits.unit_of(order + 1));
+            let reached = match peak.peak {
+                Some(peak) => format!("reaches {peak:.6} {unit}"),
+                None => "is infinite, because a lower derivative jumps".to_owned(),
+            };
+            let detail = format!(
+                "{} {name} {reached} at {:.6} s, above its limit of {limit} {unit}",
+                self.name, peak.at
+            );
+            found.push(self.violation(name, peak.at, peak.peak, limit, detail));
+        }
+        found
+    }
+
+    fn violation(
+        &self,
+        limit: &str,
+        at: f64,
+        value: Option<f64>,
+        limit_value: f64,
+        detail: String,
+    ) -> Violation {
+        Violation {
+            joint: self.name.clone(),
+            limit: limit.to_owned(),
+            at,
+            value,
+            limit_value,
+            detail,
+        }
+    }
+}
+
+fn waypoint_error(trajectory: &Trajectory, waypoints: &[(f64, &[f64])]) -> Option<f64> {
+    let mut state = KinematicState::new(trajectory.dof());
+    let mut worst = None;
+    for (t, waypoint) in waypoints {
+        trajectory.sample(*t, &mut state);
+        for (reached, wanted) in state.position.iter().zip(*waypoint) {
+            worst = Some((reached - wanted).abs().max(worst.unwrap_or(0.0)));
+        }
+    }
+    worst
+}
+
+impl Trajectory {
+    /// SHA-256 of the coefficients, see [`Certificate::sha256`].
+    pub fn sha256(&self) -> String {
+        let mut hash = Sha256::new();
+        let mut list = |values: &[f64]| {
+            hash.update((values.len() as u64).to_le_bytes());
+            for value in values {
+                hash.update(value.to_le_bytes());
+            }
+        };
+        list(&self.breakpoints);
+        self.pieces.iter().flatten().for_each(|coefficients| list(coefficients));
+        hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+    }
 }

@@ -1,0 +1,120 @@
+//! The limits of a request: the robot's, replaced and scaled.
+
+use super::request::{LimitOverride, LimitOverrides, LimitScale, LimitValues};
+use crate::fault::Faults;
+use crate::robot::{Provenance, Robot};
+use crate::trajectory::{DERIVATIVES, JointBounds, Limit};
+
+/// Where a limit of the request itself comes from.
+const REQUEST: &str = "request";
+
+/// The limits that hold for a request, one set per joint.
+pub fn resolve(
+    robot: &Robot,
+    overrides: Option<&LimitOverrides>,
+    scale: Option<&LimitScale>,
+    faults: &mut Faults,
+) -> Vec<JointBounds> {
+    let none = LimitOverrides::default();
+    let overrides = overrides.unwrap_or(&none);
+    check_overrides(robot, overrides, faults);
+    let factors = scale.map_or([None; 3], |s| [s.velocity, s.acceleration, s.jerk]);
+    for (name, factor) in DERIVATIVES.iter().zip(factors) {
+        if factor.is_some_and(|factor| !(factor > 0.0 && factor <= 1.0)) {
+            let factor = factor.unwrap_or_default();
+            faults.add(format!("/limit_scale/{name}"), format!("{factor} is outside (0, 1]"));
+        }
+    }
+    let kinds = [&overrides.velocity, &overrides.acceleration, &overrides.jerk];
+    let joints = robot.joints().iter().enumerate().map(|(index, joint)| {
+        let (own, from) = (&joint.limits, &joint.provenance);
+        let derivatives = [
+            (own.velocity, from.velocity),
+            (own.acceleration, from.acceleration),
+            (own.jerk, from.jerk),
+        ];
+        let mut limits = [None, None, None];
+        for (order, limit) in limits.iter_mut().enumerate() {
+            *limit = scaled(one(kinds[order], index, derivatives[order]), factors[order]);
+        }
+        JointBounds {
+            name: joint.name.clone(),
+            unit: joint.joint_type.position_unit(),
+            lower: one(&overrides.lower, index, (own.lower, from.lower)),
+            upper: one(&overrides.upper, index, (own.upper, from.upper)),
+            derivatives: limits,
+        }
+    });
+    joints.collect()
+}
+
+fn one(
+    kind: &LimitOverride,
+    joint: usize,
+    (own, provenance): (Option<f64>, Option<Provenance>),
+) -> Option<Limit> {
+    let requested = |value: f64| Limit { value, provenance: REQUEST.to_owned() };
+    match kind {
+        LimitOverride::Keep => own.map(|value| Limit {
+            value,
+            provenance: provenance.map_or("robot", Provenance::as_str).to_owned(),
+        }),
+        LimitOverride::Remove => None,
+        LimitOverride::Replace(LimitValues::All(value)) => Some(requested(*value)),
+        LimitOverride::Replace(LimitValues::PerJoint(values)) => {
+            values.get(joint).copied().flatten().map(requested)
+        }
+    }
+}
+
+fn scaled(limit: Option<Limit>, factor: Option<f64>) -> Option<Limit> {
+    let (mut limit, factor) = match (limit, factor) {
+        (Some(limit), Some(factor)) => (limit, factor),
+        (limit, _) => return limit,
+    };
+    limit.value *= factor;
+    limit.provenance = format!("{} × {factor}", limit.provenance);
+    Some(limit)
+}
+
+fn check_overrides(robot: &Robot, overrides: &LimitOverrides, faults: &mut Faults) {
+    let LimitOverrides { lower, upper, velocity, acceleration, jerk } = overrides;
+    let kinds = [
+        ("lower", lower, false),
+        ("upper", upper, false),
+        ("velocity", velocity, true),
+        ("acceleration", acceleration, true),
+        ("jerk", jerk, true),
+    ];
+    for (name, kind, positive) in kinds {
+        let mut check = |pointer: String, value: f64, whose: &str| {
+            if !value.is_finite() {
+                faults.add(pointer, format!("{name} limit{whose} is {value}, not a finite number"));
+            } else if positive && !(1e-9..=1e12).contains(&value) {
+                let detail = format!(
+                    "{name} limit{whose} is {value}, not a positive number (1e-9 to 1e12); null means no limit"
+                );
+                faults.add(pointer, detail);
+            }
+        };
+        match kind {
+            LimitOverride::Replace(LimitValues::All(value)) => {
+                check(format!("/limits/{name}"), *value, "");
+            }
+            LimitOverride::Replace(LimitValues::PerJoint(values)) => {
+                for (index, (value, joint)) in values.iter().zip(robot.joints()).enumerate() {
+                    if let Some(value) = value {
+                        let whose = format!(" of {}", joint.name);
+                        check(format!("/limits/{name}/{index}"), *value, &whose);
+                    }
+                }
+                if values.len() != robot.dof() {
+                    let (found, dof) = (values.len(), robot.dof());
+                    let detail = format!("{found} values for the {dof} joints of {}", robot.name());
+                    faults.add(format!("/limits/{name}"), detail);
+                }
+            }
+            LimitOverride::Keep | LimitOverride::Remove => {}
+        }
+    }
+}

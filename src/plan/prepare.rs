@@ -1,0 +1,491 @@
+//! Checks what a request means and prepares its plan.
+
+use std::collections::HashSet;
+use std::sync::Arc;
+
+use serde::Serialize;
+use serde_json::json;
+
+use super::error::PlanError;
+use super::limits;
+use super::program;
+use super::request::{
+    Clock, ConstraintHandling, Constraints, DurationGoal, DurationRange, PlanRequest, ProgramTask,
+    RobotRef, Task, WaypointsTask,
+};
+use super::result::PlanResult;
+use super::waypoints;
+use crate::budget::Budget;
+use crate::fault::{Faults, escape};
+use crate::optimize::{OptimizerEntry, Settings, optimizer, optimizer_names};
+use crate::robot::Robot;
+use crate::trajectory::JointBounds;
+use crate::trajectory::interpolation::{Interpolation, Timing, interpolation, interpolation_names};
+
+/// Most waypoints of one task.
+pub const MAX_WAYPOINTS: usize = 500;
+
+/// Most legs of a program.
+pub const MAX_LEGS: usize = 100;
+
+/// Longest durations taken, s: about eleven days.
+const LONGEST: f64 = 1e6;
+
+/// Shortest durations taken, s.
+const SHORTEST: f64 = 1e-6;
+
+/// How far a search is.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Progress {
+    /// The program's leg being planned.
+    pub leg: Option<String>,
+    /// Iterations done in this leg.
+    pub iteration: u64,
+    /// Candidates evaluated so far, over all legs.
+    pub evaluations: u64,
+    /// Seconds since the start of the run.
+    pub elapsed_s: f64,
+    /// Best duration so far, s.
+    pub best: Option<f64>,
+    /// Mean fitness of the current generation.
+    pub mean: Option<f64>,
+    /// Proven lower bound on the duration, s.
+    pub lower_bound: Option<f64>,
+}
+
+/// A valid request, ready to run.
+pub struct PreparedPlan {
+    pub(super) robot: Arc<Robot>,
+    pub(super) limits: Vec<JointBounds>,
+    pub(super) seed: u64,
+    task: PreparedTask,
+}
+
+enum PreparedTask {
+    Waypoints(PreparedWaypoints),
+    Program(Vec<(String, PreparedWaypoints)>),
+}
+
+/// A valid `waypoints` task.
+pub(super) struct PreparedWaypoints {
+    pub waypoints: Vec<Vec<f64>>,
+    pub interpolation: &'static Interpolation,
+    pub optimizer: &'static OptimizerEntry,
+    pub settings: Settings,
+    pub clock: Clock,
+    pub handling: ConstraintHandling,
+    pub constraints: Constraints,
+    pub range: Option<DurationRange>,
+    pub goal: Option<DurationGoal>,
+}
+
+/// Checks a request; `find_robot` knows the robots that have names.
+///
+/// # Errors
+///
+/// Every fault found, with its JSON pointer.
+pub fn validate(
+    request: &PlanRequest,
+    find_robot: &dyn Fn(&str) -> Option<Arc<Robot>>,
+) -> Result<PreparedPlan, Faults> {
+    let mut faults = Faults::default();
+    let Some(robot) = resolve_robot(&request.robot, find_robot, &mut faults) else {
+        return Err(faults);
+    };
+    let limits =
+        limits::resolve(&robot, request.limits.as_ref(), request.limit_scale.as_ref(), &mut faults);
+    let check = Check { robot: &robot, limits: &limits };
+    let task = match &request.task {
+        Task::Waypoints(task) => {
+            check.waypoints(task, "/task", &mut faults).map(PreparedTask::Waypoints)
+        }
+        Task::Program(task) => check.program(task, &mut faults).map(PreparedTask::Program),
+    };
+    let Some(task) = task else { return Err(faults) };
+    let seed = request.seed;
+    faults.into_result(()).map(|()| PreparedPlan { robot, limits, seed, task })
+}
+
+/// The robot a request names or describes.
+pub(super) fn resolve_robot(
+    robot: &RobotRef,
+    find_robot: &dyn Fn(&str) -> Option<Arc<Robot>>,
+    faults: &mut Faults,
+) -> Option<Arc<Robot>> {
+    match robot {
+        RobotRef::Name(name) => {
+            let found = find_robot(name);
+            if found.is_none() {
+                let detail = format!("no robot is called `{name}`; GET /v1/robots lists them");
+                faults.add("/robot", detail);
+            }
+            found
+        }
+        RobotRef::Inline(description) => match Robot::new(description.as_ref().clone()) {
+            Ok(robot) => Some(Arc::new(robot)),
+            Err(found) => {
+                faults.add_below("/robot", found);
+                None
+            }
+        },
+    }
+}
+
+struct Check<'a> {
+    robot: &'a Robot,
+    limits: &'a [JointBounds],
+}
+
+impl Check<'_> {
+    fn waypoints(
+        &self,
+        task: &WaypointsTask,
+        pointer: &str,
+        faults: &mut Faults,
+    ) -> Option<PreparedWaypoints> {
+        let before = faults.0.len();
+        self.configurations(&task.waypoints, &format!("{pointer}/waypoints"), faults);
+        let optimizer = self.optimizer(task, pointer, faults);
+        let settings = optimizer.map(|entry| {
+            entry.settings(&task.optimizer.parameters, &format!("{pointer}/optimizer"), faults)
+        });
+        let Some(interpolation) = interpolation(&task.interpolation) else {
+            let (name, known) = (&task.interpolation, interpolation_names());
+            let detail = format!("no interpolation is called `{name}`; known: {known}");
+            faults.add(format!("{pointer}/interpolation"), detail);
+            return None;
+        };
+        check_durations(task, pointer, faults);
+        if faults.0.len() == before {
+            self.fit(task, interpolation, pointer, faults);
+        }
+        let (Some(optimizer), Some(settings)) = (optimizer, settings) else { return None };
+        Some(PreparedWaypoints {
+            waypoints: task.waypoints.clone(),
+            interpolation,
+            optimizer,
+            settings,
+            clock: task.clock,
+            handling: task.constraint_handling,
+            constraints: task.constraints,
+            range: task.durations,
+            goal: task.duration,
+        })
+    }
+
+    /// Waypoints on their own: number, length, values, limits, repetition.
+    fn configurations(&self, waypoints: &[Vec<f64>], pointer: &str, faults: &mut Faults) {
+        let count = waypoints.len();
+        if count < 2 {
+            let detail = format!("{count} waypoints; a motion needs at least 2");
+            faults.add(pointer, detail);
+        }
+        if count > MAX_WAYPOINTS {
+            faults.add(pointer, format!("{count} waypoints; at most {MAX_WAYPOINTS} are taken"));
+            return;
+        }
+        for (index, waypoint) in waypoints.iter().enumerate() {
+            let place = format!("{pointer}/{index}");
+            if waypoint.len() != self.robot.dof() {
+                let (found, dof, name) = (waypoint.len(), self.robot.dof(), self.robot.name());
+                let detail =
+                    format!("waypoint {index} has {found} values; {name} has {dof} joints");
+                faults.add(place, detail);
+                continue;
+            }
+            for (joint, value) in waypoint.iter().enumerate() {
+                self.position(index, joint, *value, format!("{place}/{joint}"), faults);
+            }
+            if index > 0 && waypoints[index - 1] == *waypoint {
+                let before = index - 1;
+                let detail = format!(
+                    "waypoints {before} and {index} are equal: every segment must move a joint"
+                );
+                faults.add(place, detail);
+            }
+        }
+    }
+
+    fn position(&self, index: usize, joint: usize, value: f64, place: String, faults: &mut Faults) {
+        let JointBounds { name, unit, lower, upper, .. } = &self.limits[joint];
+        if !value.is_finite() {
+            faults.add(place, format!("waypoint {index}, {name}: {value} is not a finite number"));
+            return;
+        }
+        for (limit, word, broken) in [
+            (lower, "below its lower", lower.as_ref().is_some_and(|limit| value < limit.value)),
+            (upper, "above its upper", upper.as_ref().is_some_and(|limit| value > limit.value)),
+        ] {
+            if let (true, Some(limit)) = (broken, limit) {
+                let limit = limit.value;
+                let detail = format!(
+                    "waypoint {index}, {name}: {value} {unit} is {word} limit of {limit} {unit}"
+                );
+                faults.add(place.clone(), detail);
+            }
+        }
+    }
+
+    fn optimizer(
+        &self,
+        task: &WaypointsTask,
+        pointer: &str,
+        faults: &mut Faults,
+    ) -> Option<&'static OptimizerEntry> {
+        let found = optimizer(&task.optimizer.name);
+        if found.is_none() {
+            let (name, known) = (escape(&task.optimizer.name), optimizer_names());
+            let detail = format!("no optimizer is called `{name}`; known: {known}");
+            faults.add(format!("{pointer}/optimizer/name"), detail);
+        }
+        found
+    }
+
+    /// Whether the parts, each fine alone, go together.
+    fn fit(
+        &self,
+        task: &WaypointsTask,
+        interpolation: &Interpolation,
+        pointer: &str,
+        faults: &mut Faults,
+    ) {
+        let (segments, name) = (task.waypoints.len() - 1, interpolation.name);
+        let most = interpolation.max_segments.unwrap_or(usize::MAX);
+        if !(interpolation.min_segments..=most).contains(&segments) {
+            let detail = match interpolation.max_segments {
+                Some(most) if most == interpolation.min_segments => format!(
+                    "{name} takes {} waypoints, not {}; quintic takes any number",
+                    most + 1,
+                    segments + 1
+                ),
+                _ => format!("{name} takes at least {} segments", interpolation.min_segments),
+            };
+            faults.add(format!("{pointer}/interpolation"), detail);
+        }
+        let closed_form = matches!(interpolation.timing, Timing::ClosedForm(_));
+        if closed_form {
+            check_closed_form(task, name, pointer, faults);
+        }
+        for (joint, limit) in self.limits.iter().enumerate() {
+            let moves = task.waypoints.windows(2).any(|pair| pair[0][joint] != pair[1][joint]);
+            if moves {
+                self.moving_joint(task, interpolation, limit, closed_form, pointer, faults);
+            }
+        }
+    }
+
+    fn moving_joint(
+        &self,
+        task: &WaypointsTask,
+        interpolation: &Interpolation,
+        limit: &JointBounds,
+        closed_form: bool,
+        pointer: &str,
+        faults: &mut Faults,
+    ) {
+        let full = task.constraints == Constraints::Full;
+        let known = limit.derivatives.iter().take(if full { 3 } else { 1 }).flatten().count();
+        let (joint, name) = (&limit.name, interpolation.name);
+        if known == 0 {
+            let kinds = if full { "velocity, acceleration or jerk" } else { "velocity" };
+            let detail = format!(
+                "{joint} moves but {} knows no {kinds} limit for it; give one in `limits`",
+                self.robot.name()
+            );
+            faults.add("/limits", detail);
+        }
+        if closed_form && limit.derivatives[1].is_none() {
+            faults.add(
+                "/limits/acceleration",
+                format!("{name} needs an acceleration limit for {joint}"),
+            );
+        }
+        if full && !interpolation.bounded_jerk && limit.derivatives[2].is_some() {
+            let detail = format!(
+                "acceleration of {name} jumps, which the jerk limit of {joint} forbids; use another \
+                 interpolation or remove the jerk limits with \"limits\": {{\"jerk\": null}}"
+            );
+            faults.add(format!("{pointer}/interpolation"), detail);
+        }
+    }
+
+    fn program(
+        &self,
+        task: &ProgramTask,
+        faults: &mut Faults,
+    ) -> Option<Vec<(String, PreparedWaypoints)>> {
+        let count = task.legs.len();
+        if count == 0 || count > MAX_LEGS {
+            faults.add("/task/legs", format!("{count} legs; 1 to {MAX_LEGS} are taken"));
+            return None;
+        }
+        let mut names = HashSet::new();
+        let mut legs = Vec::with_capacity(count);
+        for (index, leg) in task.legs.iter().enumerate() {
+            let place = format!("/task/legs/{index}");
+            if leg.name.is_empty() || leg.name.chars().count() > 64 {
+                faults.add(format!("{place}/name"), "a leg's name has 1 to 64 characters");
+            }
+            if !names.insert(&leg.name) {
+                faults
+                    .add(format!("{place}/name"), format!("another leg is called `{}`", leg.name));
+            }
+            if let Some(prepared) = self.waypoints(&leg.task, &format!("{place}/task"), faults) {
+                legs.push((leg.name.clone(), prepared));
+            }
+            if index > 0 {
+                self.connection(&task.legs[index - 1], leg, &place, faults);
+            }
+        }
+        (legs.len() == count).then_some(legs)
+    }
+
+    /// A leg starts where the one before it ended.
+    fn connection(
+        &self,
+        before: &super::request::Leg,
+        leg: &super::request::Leg,
+        place: &str,
+        faults: &mut Faults,
+    ) {
+        let (Some(end), Some(start)) = (before.task.waypoints.last(), leg.task.waypoints.first())
+        else {
+            return;
+        };
+        let apart = end.iter().zip(start).position(|(end, start)| (end - start).abs() > 1e-9);
+        if let Some(joint) = apart {
+            let name = self.limits.get(joint).map_or("", |limit| &limit.name);
+            let detail = format!(
+                "leg {} starts with {name} at {}, but leg {} ends at {}",
+                leg.name, start[joint], before.name, end[joint]
+            );
+            faults.add(format!("{place}/task/waypoints/0/{joint}"), detail);
+        }
+    }
+}
+
+fn check_closed_form(task: &WaypointsTask, name: &str, pointer: &str, faults: &mut Faults) {
+    let why = format!("{name} has closed-form durations");
+    if task.optimizer.name != "exact" {
+        faults.add(format!("{pointer}/optimizer"), format!("{why}: leave out the optimizer"));
+    }
+    if task.clock == Clock::PerJoint {
+        faults.add(format!("{pointer}/clock"), format!("{why} for all joints at once"));
+    }
+    if task.durations.is_some() {
+        faults.add(format!("{pointer}/durations"), format!("{why}: there is no search range"));
+    }
+    if task.constraints == Constraints::VelocityOnly {
+        faults.add(format!("{pointer}/constraints"), format!("{name} needs acceleration limits"));
+    }
+}
+
+fn check_durations(task: &WaypointsTask, pointer: &str, faults: &mut Faults) {
+    if let Some(DurationRange { min, max }) = task.durations {
+        let place = format!("{pointer}/durations");
+        for (name, value) in [("min", min), ("max", max)] {
+            if !(SHORTEST..=LONGEST).contains(&value) {
+                let detail = format!("{value} s is outside {SHORTEST} to {LONGEST} s");
+                faults.add(format!("{place}/{name}"), detail);
+            }
+        }
+        if min >= max {
+            faults.add(place, format!("min {min} s is not below max {max} s"));
+        }
+    }
+    if let Some(goal) = task.duration {
+        let (name, value) = match goal {
+            DurationGoal::Exactly(value) => ("exactly", value),
+            DurationGoal::AtMost(value) => ("at_most", value),
+        };
+        if !(SHORTEST..=LONGEST).contains(&value) {
+            let detail = format!("{value} s is outside {SHORTEST} to {LONGEST} s");
+            faults.add(format!("{pointer}/duration/{name}"), detail);
+        }
+    }
+}
+
+impl PreparedPlan {
+    /// Plans. `progress` is called after every generation.
+    ///
+    /// # Errors
+    ///
+    /// If the limits do not admit what was asked, or `budget` ends the run;
+    /// with what exists of the plan.
+    pub fn run(
+        &self,
+        budget: &Budget,
+        progress: &dyn Fn(Progress),
+    ) -> Result<PlanResult, PlanError> {
+        match &self.task {
+            PreparedTask::Waypoints(task) => {
+                let result = waypoints::plan(self, task, self.seed, budget, progress)?;
+                Ok(PlanResult::Trajectory(Box::new(result)))
+            }
+            PreparedTask::Program(legs) => program::plan(self, legs, budget, progress),
+        }
+    }
+
+    /// Roughly how long planning takes on one core, s.
+    pub fn estimate_s(&self) -> f64 {
+        self.tasks().map(PreparedWaypoints::estimate_s).sum()
+    }
+
+    /// The task's name.
+    pub fn task(&self) -> &'static str {
+        match &self.task {
+            PreparedTask::Waypoints(_) => "waypoints",
+            PreparedTask::Program(_) => "program",
+        }
+    }
+
+    /// Interpolation and optimizer, or those of a program's legs.
+    pub fn method(&self) -> String {
+        let mut methods: Vec<String> = Vec::new();
+        for task in self.tasks() {
+            let method = format!("{}/{}", task.optimizer.name, task.interpolation.name);
+            if !methods.contains(&method) {
+                methods.push(method);
+            }
+        }
+        methods.join(",")
+    }
+
+    /// The robot.
+    pub fn robot(&self) -> &Arc<Robot> {
+        &self.robot
+    }
+
+    fn tasks(&self) -> impl Iterator<Item = &PreparedWaypoints> {
+        let (one, many) = match &self.task {
+            PreparedTask::Waypoints(task) => (Some(task), None),
+            PreparedTask::Program(legs) => (None, Some(legs.iter().map(|(_, task)| task))),
+        };
+        one.into_iter().chain(many.into_iter().flatten())
+    }
+}
+
+impl PreparedWaypoints {
+    fn estimate_s(&self) -> f64 {
+        let (segments, dof) = (self.waypoints.len() - 1, self.waypoints[0].len());
+        let searches = if self.clock == Clock::PerJoint { dof } else { 1 };
+        let groups = if self.clock == Clock::PerJoint { 1 } else { dof.div_ceil(8) };
+        let evaluation_s = 1e-6 * (0.2 + 0.3 * (segments * groups) as f64);
+        let evaluations = match self.settings.optional("population") {
+            Some(population) => population * (1.0 + self.settings.get("iterations")),
+            None => 100.0 * self.settings.get("iterations") * (segments + 2) as f64,
+        };
+        let limit = self.settings.optional("max_evaluations").unwrap_or(f64::INFINITY);
+        let sweeps = if self.handling == ConstraintHandling::RepairSegment { 4.0 } else { 1.0 };
+        let estimate = evaluations.min(limit) * evaluation_s * sweeps * searches as f64;
+        estimate.min(self.settings.optional("time_limit_s").unwrap_or(f64::INFINITY))
+    }
+}
+
+/// A position limit exceeded between waypoints, as an error.
+pub(super) fn position_error(violation: &crate::trajectory::Violation) -> PlanError {
+    PlanError::unreachable(
+        format!("the curve leaves the position limits between waypoints: {}", violation.detail),
+        json!(violation),
+    )
+}

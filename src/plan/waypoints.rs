@@ -1,0 +1,455 @@
+//! The task `waypoints`: through joint waypoints in the least time.
+
+use std::cell::Cell;
+
+use serde_json::json;
+
+use super::error::PlanError;
+use super::prepare::{PreparedPlan, PreparedWaypoints, Progress, position_error};
+use super::request::{Clock, ConstraintHandling, Constraints, DurationGoal};
+use super::result::{Binding, JointOptimum, PlanMetrics, PlanResult, TrajectoryResult};
+use crate::budget::{Budget, StopReason};
+use crate::math::polynomial::{Extremes, integral_of_square, value};
+use crate::math::random::derive_seed;
+use crate::optimize::{ConvergencePoint, Solution, minimize};
+use crate::trajectory::interpolation::{Profile, ProfileLimits, Timing};
+use crate::trajectory::kernel::Kernel;
+use crate::trajectory::timing::{Handling, TimingProblem};
+use crate::trajectory::{Certificate, DERIVATIVES, JointBounds, LowerBound, Trajectory};
+
+/// A peak this near its limit binds.
+const BINDING_RATIO: f64 = 0.999;
+
+/// Plans one waypoint task.
+pub fn plan(
+    plan: &PreparedPlan,
+    task: &PreparedWaypoints,
+    seed: u64,
+    budget: &Budget,
+    progress: &dyn Fn(Progress),
+) -> Result<TrajectoryResult, PlanError> {
+    let run = Run { task, limits: &plan.limits, seed, budget, progress };
+    let timed = match &task.interpolation.timing {
+        Timing::Search(kernel) => run.search(*kernel)?,
+        Timing::ClosedForm(profile) => run.closed_form(*profile),
+    };
+    let timed = run.reach_goal(timed)?;
+    let result = run.assemble(plan, timed);
+    if let Some(stopped) = budget.stop_reason(0).and_then(PlanError::stopped) {
+        return Err(stopped.with_partial(PlanResult::Trajectory(Box::new(result))));
+    }
+    let beyond = result.certificate.violations.iter().find(|v| v.limit == "position");
+    match beyond {
+        Some(violation) => {
+            let error = position_error(violation);
+            Err(error.with_partial(PlanResult::Trajectory(Box::new(result))))
+        }
+        None => Ok(result),
+    }
+}
+
+struct Run<'a> {
+    task: &'a PreparedWaypoints,
+    limits: &'a [JointBounds],
+    seed: u64,
+    budget: &'a Budget,
+    progress: &'a dyn Fn(Progress),
+}
+
+/// A plan in seconds, before it is certified.
+struct Timed {
+    /// Duration of each segment between waypoints.
+    durations: Vec<f64>,
+    trajectory: Trajectory,
+    initial_duration: f64,
+    solution: Solution,
+    per_joint: Option<Vec<JointOptimum>>,
+}
+
+impl Run<'_> {
+    /// How many derivatives the optimizer minds.
+    fn orders(&self) -> usize {
+        match self.task.constraints {
+            Constraints::Full => 3,
+            Constraints::VelocityOnly => 1,
+        }
+    }
+
+    fn problem(&self, kernel: &'static dyn Kernel, joints: &[usize]) -> TimingProblem {
+        let pick = |row: &Vec<f64>| joints.iter().map(|&joint| row[joint]).collect();
+        let waypoints: Vec<Vec<f64>> = self.task.waypoints.iter().map(pick).collect();
+        let limits: Vec<_> =
+            joints.iter().map(|&joint| self.limits[joint].kernel(self.orders())).collect();
+        // The exact method knows no other way than the scaling law.
+        let handling = if self.task.optimizer.name == "exact" {
+            Handling::RepairUniform
+        } else {
+            handling(self.task.handling)
+        };
+        let range = self.task.range.map(|range| [range.min, range.max]);
+        TimingProblem::new(kernel, &waypoints, &limits, handling, range)
+    }
+
+    fn minimize(
+        &self,
+        problem: &TimingProblem,
+        seed: u64,
+        before: (u64, u64),
+    ) -> Result<(Vec<f64>, Solution), PlanError> {
+        let settings = &self.task.settings;
+        let time_limit = settings.optional("time_limit_s").map(std::time::Duration::from_secs_f64);
+        let evaluations = settings.optional("max_evaluations").map(|limit| limit as u64);
+        let budget =
+            self.budget.clone().with_time_limit(time_limit).with_max_evaluations(evaluations);
+        let mut optimizer = (self.task.optimizer.build)(settings, problem, seed);
+        let lower = LowerBound::of(&self.task.waypoints, self.limits, 1.0).map(|b| b.lower);
+        let mut report = |point: &ConvergencePoint| {
+            (self.progress)(Progress {
+                leg: None,
+                iteration: before.0 + point.iteration,
+                evaluations: before.1 + point.evaluations,
+                elapsed_s: point.elapsed_s,
+                best: point.best,
+                mean: point.mean,
+                lower_bound: lower,
+            });
+        };
+        let iterations = settings.integer("iterations");
+        let solution = minimize(problem, optimizer.as_mut(), iterations, &budget, &mut report);
+        match &solution.position {
+            Some(position) => Ok((problem.decode(position), solution)),
+            None => Err(PlanError::stopped(solution.stop_reason)
+                .filter(|_| self.budget.stop_reason(0).is_some())
+                .unwrap_or_else(|| no_candidate(&solution))),
+        }
+    }
+
+    fn search(&self, kernel: &'static dyn Kernel) -> Result<Timed, PlanError> {
+        let all: Vec<usize> = (0..self.limits.len()).collect();
+        let problem = self.problem(kernel, &all);
+        let natural = problem.natural();
+        let initial_duration = problem.scale(natural) * natural.iter().sum::<f64>();
+        let (durations, solution, per_joint) = match self.task.clock {
+            Clock::Shared => {
+                let (durations, solution) = self.minimize(&problem, self.seed, (0, 0))?;
+                (durations, solution, None)
+            }
+            Clock::PerJoint => self.each_joint_alone(kernel, &problem)?,
+        };
+        let (durations, trajectory) = self.lawful(&problem, durations);
+        Ok(Timed { durations, trajectory, initial_duration, solution, per_joint })
+    }
+
+    /// Each joint alone, then per segment the largest time over the joints that
+    /// move in it (Han, Chen, Shu), stretched where that breaks a limit: peaks
+    /// depend on proportions, so the largest times alone prove nothing.
+    fn each_joint_alone(
+        &self,
+        kernel: &'static dyn Kernel,
+        shared: &TimingProblem,
+    ) -> Result<(Vec<f64>, Solution, Option<Vec<JointOptimum>>), PlanError> {
+        let waypoints = &self.task.waypoints;
+        let mut durations = vec![0.0f64; waypoints.len() - 1];
+        let mut optima = Vec::new();
+        let mut total: Option<Solution> = None;
+        for (joint, limit) in self.limits.iter().enumerate() {
+            let moves = |segment: usize| waypoints[segment][joint] != waypoints[segment + 1][joint];
+            if !(0..durations.len()).any(moves) {
+                continue;
+            }
+            let before = total.as_ref().map_or((0, 0), |t| (t.iterations, t.evaluations));
+            let problem = self.problem(kernel, &[joint]);
+            let seed = derive_seed(self.seed, joint as u64);
+            let (alone, solution) = self.minimize(&problem, seed, before)?;
+            for (segment, (longest, t)) in durations.iter_mut().zip(&alone).enumerate() {
+                if moves(segment) {
+                    *longest = longest.max(*t);
+                }
+            }
+            optima.push(JointOptimum {
+                joint: limit.name.clone(),
+                duration: alone.iter().sum(),
+                durations: alone,
+                evaluations: solution.evaluations,
+            });
+            total = Some(match total {
+                Some(total) => join(total, solution),
+                None => solution,
+            });
+        }
+        let Some(solution) = total else {
+            // Validation lets no request through in which nothing moves.
+            return Err(PlanError::unreachable("no joint moves".to_owned(), json!({})));
+        };
+        let scale = shared.scale(&durations);
+        if scale > 1.0 {
+            durations.iter_mut().for_each(|t| *t *= scale);
+        }
+        Ok((durations, solution, Some(optima)))
+    }
+
+    /// The trajectory for `durations`, stretched by rounding's share where the
+    /// certificate would find a peak above its limit.
+    fn lawful(&self, problem: &TimingProblem, mut durations: Vec<f64>) -> (Vec<f64>, Trajectory) {
+        for _ in 0..4 {
+            let trajectory = joined(problem.pieces(&durations), &durations);
+            let scale = required_scale(&trajectory, self.limits, self.orders());
+            if scale <= 1.0 {
+                return (durations, trajectory);
+            }
+            durations.iter_mut().for_each(|t| *t *= scale * (1.0 + f64::EPSILON));
+        }
+        let trajectory = joined(problem.pieces(&durations), &durations);
+        (durations, trajectory)
+    }
+
+    /// Stops at every waypoint, with a profile known in closed form.
+    fn closed_form(&self, profile: fn(&[f64], &[ProfileLimits]) -> Profile) -> Timed {
+        let limits: Vec<ProfileLimits> = self
+            .limits
+            .iter()
+            .map(|limit| ProfileLimits {
+                velocity: limit.derivative(0),
+                acceleration: limit.derivative(1),
+            })
+            .collect();
+        let (mut pieces, mut lengths, mut durations) = (Vec::new(), Vec::new(), Vec::new());
+        for pair in self.task.waypoints.windows(2) {
+            let way: Vec<f64> = pair[1].iter().zip(&pair[0]).map(|(to, from)| to - from).collect();
+            let mut duration = 0.0;
+            for (length, coefficients) in profile(&way, &limits).pieces {
+                let joint = |(start, way): (&f64, &f64)| {
+                    let mut scaled: Vec<f64> = coefficients.iter().map(|c| c * way).collect();
+                    scaled[0] += start;
+                    scaled
+                };
+                pieces.push(pair[0].iter().zip(&way).map(joint).collect());
+                lengths.push(length);
+                duration += length;
+            }
+            durations.push(duration);
+        }
+        let mut trajectory = joined(pieces, &lengths);
+        let scale = required_scale(&trajectory, self.limits, 2);
+        if scale > 1.0 {
+            let factor = scale * (1.0 + f64::EPSILON);
+            trajectory.stretch(factor);
+            durations.iter_mut().for_each(|t| *t *= factor);
+        }
+        let total = durations.iter().sum();
+        let point = ConvergencePoint {
+            iteration: 0,
+            evaluations: 1,
+            elapsed_s: self.budget.elapsed_s(),
+            best: Some(total),
+            mean: None,
+        };
+        let solution = Solution {
+            position: None,
+            fitness: total,
+            convergence: vec![point],
+            stop_reason: StopReason::Converged,
+            iterations: 0,
+            evaluations: 1,
+        };
+        Timed { durations, trajectory, initial_duration: total, solution, per_joint: None }
+    }
+
+    /// Stretches to the duration asked for, or says that it cannot be reached.
+    fn reach_goal(&self, mut timed: Timed) -> Result<Timed, PlanError> {
+        let shortest = timed.trajectory.duration();
+        let (wanted, exactly) = match self.task.goal {
+            None => return Ok(timed),
+            Some(DurationGoal::Exactly(wanted)) => (wanted, true),
+            Some(DurationGoal::AtMost(wanted)) => (wanted, false),
+        };
+        if shortest > wanted * (1.0 + 1e-12) {
+            let message = format!(
+                "{} with {} needs {shortest:.6} s within the limits, more than the {wanted} s asked for",
+                self.task.interpolation.name, self.task.optimizer.name
+            );
+            let details = json!({ "duration": shortest, "wanted": wanted });
+            return Err(PlanError::unreachable(message, details));
+        }
+        if exactly {
+            let factor = wanted / shortest;
+            timed.trajectory.stretch(factor);
+            timed.durations.iter_mut().for_each(|t| *t *= factor);
+            // The user's number, not the sum of rounded ones.
+            if let Some(end) = timed.trajectory.breakpoints.last_mut() {
+                *end = wanted;
+            }
+        }
+        Ok(timed)
+    }
+
+    fn assemble(&self, plan: &PreparedPlan, timed: Timed) -> TrajectoryResult {
+        let Timed { durations, trajectory, initial_duration, solution, per_joint } = timed;
+        let waypoints = &self.task.waypoints;
+        let waypoint_times = times(&durations, trajectory.duration());
+        let due: Vec<(f64, &[f64])> =
+            waypoint_times.iter().copied().zip(waypoints.iter().map(Vec::as_slice)).collect();
+        let certificate = Certificate::new(&trajectory, self.limits, &due);
+        let duration = trajectory.duration();
+        let metrics = metrics(&trajectory, self.limits, &waypoint_times, initial_duration);
+        TrajectoryResult {
+            robot: plan.robot.name().to_owned(),
+            joint_names: self.limits.iter().map(|limit| limit.name.clone()).collect(),
+            joint_units: self.limits.iter().map(|limit| limit.unit.to_owned()).collect(),
+            duration,
+            durations,
+            waypoint_times,
+            waypoints: waypoints.clone(),
+            trajectory,
+            certificate,
+            bound: LowerBound::of(waypoints, self.limits, duration),
+            metrics,
+            per_joint,
+            convergence: solution.convergence,
+            interpolation: self.task.interpolation.name.to_owned(),
+            optimizer: self.task.optimizer.name.to_owned(),
+            stop_reason: solution.stop_reason,
+            iterations: solution.iterations,
+            evaluations: solution.evaluations,
+            planning_s: self.budget.elapsed_s(),
+            seed: self.seed,
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+        }
+    }
+}
+
+fn handling(handling: ConstraintHandling) -> Handling {
+    match handling {
+        ConstraintHandling::RepairUniform => Handling::RepairUniform,
+        ConstraintHandling::RepairSegment => Handling::RepairSegment,
+        ConstraintHandling::Penalty => Handling::Penalty,
+        ConstraintHandling::Reject => Handling::Reject,
+    }
+}
+
+fn no_candidate(solution: &Solution) -> PlanError {
+    let evaluations = solution.evaluations;
+    let message = format!(
+        "none of {evaluations} candidates kept the limits; widen `durations`, raise the optimizer's \
+         budget or use constraint_handling repair_uniform"
+    );
+    PlanError::unreachable(message, json!({ "evaluations": evaluations }))
+}
+
+/// Two searches one after the other, as one: the curve of the later follows.
+fn join(mut first: Solution, second: Solution) -> Solution {
+    let (iterations, evaluations) = (first.iterations, first.evaluations);
+    first.convergence.extend(second.convergence.into_iter().map(|point| ConvergencePoint {
+        iteration: point.iteration + iterations,
+        evaluations: point.evaluations + evaluations,
+        ..point
+    }));
+    Solution {
+        fitness: first.fitness.max(second.fitness),
+        iterations: iterations + second.iterations,
+        evaluations: evaluations + second.evaluations,
+        stop_reason: second.stop_reason,
+        ..first
+    }
+}
+
+/// Pieces one after the other.
+fn joined(pieces: Vec<Vec<Vec<f64>>>, lengths: &[f64]) -> Trajectory {
+    let total = lengths.iter().sum();
+    Trajectory { breakpoints: times(lengths, total), pieces }
+}
+
+/// Running sums from 0; the last is `total`.
+fn times(durations: &[f64], total: f64) -> Vec<f64> {
+    let sums = durations.iter().scan(0.0, |sum, duration| {
+        *sum += duration;
+        Some(*sum)
+    });
+    let mut times: Vec<f64> = std::iter::once(0.0).chain(sums).collect();
+    if let Some(last) = times.last_mut() {
+        *last = total;
+    }
+    times
+}
+
+/// By what factor the trajectory must be stretched to keep the first `orders`
+/// derivative limits, from the exact peaks the certificate will see.
+fn required_scale(trajectory: &Trajectory, limits: &[JointBounds], orders: usize) -> f64 {
+    let certificate = Certificate::new(trajectory, limits, &[]);
+    let mut scale = 0.0f64;
+    for joint in &certificate.joints {
+        let peaks = [&joint.velocity, &joint.acceleration, &joint.jerk];
+        let roots: [fn(f64) -> f64; 3] = [|ratio| ratio, f64::sqrt, libm::cbrt];
+        for (peak, root) in peaks.iter().zip(roots).take(orders) {
+            scale = scale.max(root(peak.ratio.unwrap_or(0.0)));
+        }
+    }
+    scale
+}
+
+fn metrics(
+    trajectory: &Trajectory,
+    limits: &[JointBounds],
+    waypoint_times: &[f64],
+    initial_duration: f64,
+) -> PlanMetrics {
+    let duration = trajectory.duration();
+    let mut metrics = PlanMetrics {
+        initial_duration,
+        saved: 1.0 - duration / initial_duration,
+        ..PlanMetrics::default()
+    };
+    let last_segment = waypoint_times.len() - 2;
+    let segment = Cell::new(0);
+    for (joint, limit) in limits.iter().enumerate() {
+        let (mut squared_jerk, mut way) = (0.0, 0.0);
+        segment.set(0);
+        for (piece, joints) in trajectory.pieces.iter().enumerate() {
+            let [start, end] = [trajectory.breakpoints[piece], trajectory.breakpoints[piece + 1]];
+            // A piece belongs to the segment its middle lies in.
+            let middle = 0.5 * (start + end);
+            while segment.get() < last_segment && middle > waypoint_times[segment.get() + 1] {
+                segment.set(segment.get() + 1);
+            }
+            let coefficients = &joints[joint];
+            let length = end - start;
+            let extremes = Extremes::new(coefficients, length);
+            squared_jerk += integral_of_square(&third_derivative(coefficients), length);
+            way += total_variation(coefficients, extremes.turns(), length);
+            for (order, name) in DERIVATIVES.iter().enumerate() {
+                let ratio = extremes.of(order + 1).peak().0 / limit.derivative(order);
+                let binding = Binding {
+                    segment: segment.get(),
+                    joint: limit.name.clone(),
+                    limit: (*name).to_owned(),
+                };
+                if ratio >= BINDING_RATIO && !metrics.binding.contains(&binding) {
+                    metrics.binding.push(binding);
+                }
+            }
+        }
+        metrics.rms_jerk.push((squared_jerk / duration).sqrt());
+        metrics.path_length.push(way);
+        let speed_limit = limit.derivatives[0].as_ref().map(|limit| limit.value);
+        metrics.mean_utilisation.push(speed_limit.map(|limit| way / duration / limit));
+    }
+    metrics.binding.sort_by_key(|binding| binding.segment);
+    metrics
+}
+
+fn third_derivative(coefficients: &[f64]) -> Vec<f64> {
+    let factor = |power: usize| (power * (power - 1) * (power - 2)) as f64;
+    coefficients.iter().enumerate().skip(3).map(|(power, c)| factor(power) * c).collect()
+}
+
+/// The way travelled between turning points.
+fn total_variation(coefficients: &[f64], turns: &[f64], length: f64) -> f64 {
+    let mut before = value(coefficients, 0.0);
+    let mut way = 0.0;
+    for t in turns.iter().copied().chain([length]) {
+        let here = value(coefficients, t);
+        way += (here - before).abs();
+        before = here;
+    }
+    way
+}

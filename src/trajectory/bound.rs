@@ -1,0 +1,98 @@
+//! A proven lower bound on the duration of any lawful trajectory.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::limits::JointBounds;
+
+/// A proven lower bound on the duration of any lawful trajectory.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct LowerBound {
+    /// No lawful trajectory through the waypoints is shorter, s.
+    pub lower: f64,
+    /// How much longer the plan is, relative to `lower`.
+    pub gap: f64,
+    /// How it was proven.
+    pub method: String,
+}
+
+impl LowerBound {
+    /// The bound from velocity and acceleration limits alone.
+    ///
+    /// Every segment lasts at least as long as its slowest joint needs with the
+    /// speed it can have reached, and the whole at least as long as any joint
+    /// needs for its way from rest to rest, whatever the curve. None if no
+    /// limit says anything.
+    pub fn of(waypoints: &[Vec<f64>], limits: &[JointBounds], duration: f64) -> Option<Self> {
+        let segments = waypoints.len() - 1;
+        let mut by_segments = 0.0;
+        let mut ways = vec![0.0; limits.len()];
+        for segment in 0..segments {
+            let ramps = usize::from(segment == 0) + usize::from(segment + 1 == segments);
+            let mut longest = 0.0f64;
+            for (joint, limit) in limits.iter().enumerate() {
+                let way = (waypoints[segment + 1][joint] - waypoints[segment][joint]).abs();
+                ways[joint] += way;
+                longest = longest.max(shortest(way, limit, ramps));
+            }
+            by_segments += longest;
+        }
+        let by_joints = ways
+            .iter()
+            .zip(limits)
+            .map(|(way, limit)| shortest(*way, limit, 2))
+            .fold(0.0, f64::max);
+        let lower: f64 = by_joints.max(by_segments);
+        let method = "way over speed limit, with the acceleration limit's ramps at both ends";
+        (lower > 0.0 && lower.is_finite()).then(|| Self {
+            lower,
+            gap: duration / lower - 1.0,
+            method: method.to_owned(),
+        })
+    }
+}
+
+/// The least time for `way` when speed is at most `V` and starts (one ramp) or
+/// starts and ends (two) at rest, gaining at most `A` per second: the area
+/// under that speed profile is at least the way.
+fn shortest(way: f64, limit: &JointBounds, ramps: usize) -> f64 {
+    let (velocity, acceleration) = (limit.derivative(0), limit.derivative(1));
+    if ramps == 0 || acceleration.is_infinite() {
+        return way / velocity;
+    }
+    let ramps = ramps as f64;
+    // All ramps together cover `ramps V² / 2A` before speed is the limit.
+    if ramps * velocity * velocity <= 2.0 * acceleration * way {
+        way / velocity + 0.5 * ramps * velocity / acceleration
+    } else {
+        (2.0 * ramps * way / acceleration).sqrt()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::trajectory::limits::Limit;
+
+    fn joint(velocity: f64, acceleration: f64) -> JointBounds {
+        let limit = |value| Some(Limit { value, provenance: String::new() });
+        JointBounds {
+            name: "j".into(),
+            unit: "rad",
+            lower: None,
+            upper: None,
+            derivatives: [limit(velocity), limit(acceleration), None],
+        }
+    }
+
+    /// Rest to rest the bound is the trapezoid's or the triangle's exact time.
+    #[test]
+    fn is_exact_from_rest_to_rest() {
+        let bound = |way: f64| {
+            LowerBound::of(&[vec![0.0], vec![way]], &[joint(2.0, 4.0)], 1.0).map(|b| b.lower)
+        };
+        assert_eq!(bound(4.0), Some(2.5));
+        assert_eq!(bound(0.25), Some(0.5));
+        assert_eq!(bound(0.0), None);
+    }
+}
