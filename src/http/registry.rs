@@ -9,7 +9,7 @@ use utoipa::ToSchema;
 use super::Edge;
 use super::input::{JsonBody, NamePath, NoParameters};
 use super::problem::{Problem, Problems};
-use crate::service::plan::OptimizerInfo;
+use crate::optimize::OptimizerInfo;
 use crate::service::plan::scenarios::Scenario;
 use crate::service::plan::verify::VerifyRequest;
 use crate::trajectory::Certificate;

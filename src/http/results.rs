@@ -1,6 +1,5 @@
 //! What an ended job produced: the result as stored, and views of it.
 
-use axum::Json;
 use axum::extract::State;
 use axum::response::{IntoResponse, Response};
 use http::{HeaderValue, header};
@@ -12,77 +11,59 @@ use super::input::{JobPath, Parameters, off_thread};
 use super::jobs::json_text;
 use super::problem::{Problem, ProblemFault, Problems};
 use crate::job::JobId;
-use crate::picture;
+use crate::picture::{self, Curve, Section};
 use crate::plan::{PlanMetrics, PlanResult, TrajectoryResult};
 use crate::service::ServiceError;
 use crate::trajectory::{Certificate, JointTrajectory, Quantity, Samples, Timeline, Trajectory};
 
-/// One of a result's trajectories, with its place in the program.
-struct Part<'a> {
-    name: &'a str,
-    start: f64,
-    result: &'a TrajectoryResult,
-}
-
 /// The trajectories asked for.
-enum Parts<'a> {
-    /// A task's only one, or the one leg that was named.
-    One(&'a TrajectoryResult),
-    /// All legs of a program.
-    All(Vec<Part<'a>>),
+struct Parts<'a> {
+    sections: Vec<Section<'a>>,
+    /// True for all legs of a program.
+    legs: bool,
 }
 
 impl<'a> Parts<'a> {
     /// What `leg` names in `result`; everything without a name.
     fn of(result: &'a PlanResult, leg: Option<&str>) -> Result<Self, Problem> {
-        match (result, leg) {
-            (PlanResult::Trajectory(result), None) => Ok(Self::One(result)),
-            (PlanResult::Trajectory(_), Some(leg)) => {
-                Err(Problem::not_found(format!("there is no leg `{leg}`: the job is no program")))
-            }
-            (PlanResult::Program(program), None) => {
-                let parts = program.legs.iter().map(|leg| Part {
-                    name: &leg.name,
-                    start: leg.start,
-                    result: &leg.result,
-                });
-                Ok(Self::All(parts.collect()))
-            }
-            (PlanResult::Program(program), Some(name)) => {
-                let found = program.legs.iter().find(|leg| leg.name == name);
-                found.map(|leg| Self::One(&leg.result)).ok_or_else(|| {
-                    let known: Vec<_> = program.legs.iter().map(|leg| leg.name.as_str()).collect();
-                    let known = known.join(", ");
-                    Problem::not_found(format!("there is no leg `{name}`; there are: {known}"))
-                })
-            }
-        }
+        let Some(name) = leg else {
+            let legs = matches!(result, PlanResult::Program(_));
+            return Ok(Self { sections: Section::all(result), legs });
+        };
+        let section = Section::leg(result, name).ok_or_else(|| {
+            let known = Section::all(result).into_iter().filter_map(|section| section.name);
+            let known = match known.collect::<Vec<_>>()[..] {
+                [] => "the job is no program".to_owned(),
+                ref known => format!("there are: {}", known.join(", ")),
+            };
+            Problem::not_found(format!("there is no leg `{name}`; {known}"))
+        })?;
+        Ok(Self { sections: vec![section], legs: false })
     }
 
-    /// One `view` of the trajectory, or a list of them with the legs' names.
-    fn view<T: Serialize>(&self, view: impl Fn(&'a TrajectoryResult) -> T) -> Views<T> {
-        match self {
-            Self::One(result) => Views::One(view(result)),
-            Self::All(parts) => {
-                let views = parts.iter().map(|part| LegView {
-                    leg: part.name.to_owned(),
-                    start: part.start,
-                    view: view(part.result),
+    /// One `view` of the trajectory, or a list of them with the legs' names,
+    /// as JSON.
+    fn json<T: Serialize>(
+        &self,
+        view: impl Fn(&'a TrajectoryResult) -> T,
+    ) -> Result<Response, Problem> {
+        json(&match &self.sections[..] {
+            [only] if !self.legs => Views::One(view(only.result)),
+            sections => {
+                let views = sections.iter().map(|section| LegView {
+                    leg: section.name.unwrap_or_default().to_owned(),
+                    start: section.start,
+                    view: view(section.result),
                 });
                 Views::Legs { legs: views.collect() }
             }
-        }
+        })
     }
 
     /// All trajectories on one time axis.
     fn timeline(&self) -> Option<Timeline<'a>> {
-        let (first, legs) = match self {
-            Self::One(result) => (*result, vec![(0.0, &result.trajectory)]),
-            Self::All(parts) => {
-                let legs = parts.iter().map(|part| (part.start, &part.result.trajectory));
-                (parts.first()?.result, legs.collect())
-            }
-        };
+        let first = self.sections.first()?.result;
+        let legs = self.sections.iter().map(|it| (it.start, &it.result.trajectory)).collect();
         Some(Timeline { joint_names: &first.joint_names, joint_units: &first.joint_units, legs })
     }
 }
@@ -112,7 +93,7 @@ pub(super) struct LegView<T> {
     view: T,
 }
 
-/// A leg's figures.
+/// A trajectory with what is needed to read it.
 #[derive(Serialize, ToSchema)]
 pub(super) struct Polynomials {
     /// Joint order of the coefficients.
@@ -180,7 +161,7 @@ pub(super) async fn metrics(
 ) -> Result<Response, Problem> {
     let leg = leg(query)?;
     from_result(&edge, id, move |result| {
-        json(&Parts::of(result, leg.as_deref())?.view(|part| &part.metrics))
+        Parts::of(result, leg.as_deref())?.json(|part| &part.metrics)
     })
     .await
 }
@@ -201,7 +182,7 @@ pub(super) async fn certificate(
 ) -> Result<Response, Problem> {
     let leg = leg(query)?;
     from_result(&edge, id, move |result| {
-        json(&Parts::of(result, leg.as_deref())?.view(|part| &part.certificate))
+        Parts::of(result, leg.as_deref())?.json(|part| &part.certificate)
     })
     .await
 }
@@ -285,11 +266,11 @@ fn write_trajectory(
         })
     };
     match format {
-        Format::Polynomial => json(&parts.view(|part| Polynomials {
+        Format::Polynomial => parts.json(|part| Polynomials {
             joint_names: part.joint_names.clone(),
             joint_units: part.joint_units.clone(),
             trajectory: part.trajectory.clone(),
-        })),
+        }),
         Format::Samples => json(&samples()?),
         Format::JointTrajectory => json(&samples()?.to_joint_trajectory()),
         Format::Csv => Ok(csv(&format!("takt-{id}.csv"), samples()?.to_csv())),
@@ -325,6 +306,7 @@ pub(super) struct Convergence {
     params(
         ("id" = String, Path, format = "uuid", description = "The job's id"),
         ("format" = Option<String>, Query, description = "`json` (default), `csv` or `svg`"),
+        ("leg" = Option<String>, Query, description = "One leg of a program; default all"),
     ),
     responses(
         (status = 200, description = "The curve, per leg of a program", content(
@@ -343,39 +325,41 @@ pub(super) async fn convergence(
         ("csv", ConvergenceFormat::Csv),
         ("svg", ConvergenceFormat::Svg),
     ];
-    let format = query.choice("format", &formats);
-    let format = query.finish(format.unwrap_or(ConvergenceFormat::Json))?;
-    from_result(&edge, id, move |result| match format {
-        ConvergenceFormat::Json => json(
-            &Parts::of(result, None)?
-                .view(|part| Convergence { convergence: part.convergence.clone() }),
-        ),
-        ConvergenceFormat::Csv => {
-            let text = convergence_csv(&Parts::of(result, None)?);
-            Ok(csv(&format!("takt-{id}-convergence.csv"), text))
+    let format = query.choice("format", &formats).unwrap_or(ConvergenceFormat::Json);
+    let leg = query.text("leg");
+    let (format, leg) = query.finish((format, leg))?;
+    from_result(&edge, id, move |result| {
+        let parts = Parts::of(result, leg.as_deref())?;
+        match format {
+            ConvergenceFormat::Json => {
+                parts.json(|part| Convergence { convergence: part.convergence.clone() })
+            }
+            ConvergenceFormat::Csv => {
+                let text = convergence_csv(&parts.sections);
+                Ok(csv(&format!("takt-{id}-convergence.csv"), text))
+            }
+            ConvergenceFormat::Svg => {
+                let curves: Vec<_> = parts.sections.iter().map(Curve::of).collect();
+                Ok(svg(picture::convergence(&curves)))
+            }
         }
-        ConvergenceFormat::Svg => svg(picture::convergence(result)),
     })
     .await
 }
 
-fn convergence_csv(parts: &Parts<'_>) -> String {
+fn convergence_csv(sections: &[Section<'_>]) -> String {
     let mut text = String::from("leg,iteration,evaluations,elapsed_s,best,mean\r\n");
     let number = |value: Option<f64>| value.map(|value| value.to_string()).unwrap_or_default();
-    let mut add = |leg: &str, result: &TrajectoryResult| {
+    for section in sections {
         // RFC 4180: a quote within quotes is doubled.
-        let leg = leg.replace('"', "\"\"");
-        for point in &result.convergence {
+        let leg = section.name.unwrap_or_default().replace('"', "\"\"");
+        for point in &section.result.convergence {
             let (best, mean) = (number(point.best), number(point.mean));
             text.push_str(&format!(
                 "\"{leg}\",{},{},{},{best},{mean}\r\n",
                 point.iteration, point.evaluations, point.elapsed_s
             ));
         }
-    };
-    match parts {
-        Parts::One(result) => add("", result),
-        Parts::All(parts) => parts.iter().for_each(|part| add(part.name, part.result)),
     }
     text
 }
@@ -389,7 +373,7 @@ fn convergence_csv(parts: &Parts<'_>) -> String {
         ("id" = String, Path, format = "uuid", description = "The job's id"),
         ("quantity" = Option<String>, Query,
             description = "Of `position`, `velocity`, `acceleration` and `jerk`, with commas between; default all"),
-        ("leg" = Option<String>, Query, description = "One leg of a program; needed for a program"),
+        ("leg" = Option<String>, Query, description = "One leg of a program; default all"),
     ),
     responses((status = 200, description = "The picture", body = String, content_type = "image/svg+xml"), Problems),
 )]
@@ -401,13 +385,9 @@ pub(super) async fn plot(
     let quantities = quantities(&mut query);
     let leg = query.text("leg");
     let leg = query.finish(leg)?;
-    from_result(&edge, id, move |result| match Parts::of(result, leg.as_deref())? {
-        Parts::One(result) => svg(picture::plot(result, &quantities)),
-        Parts::All(parts) => {
-            let known: Vec<_> = parts.iter().map(|part| part.name).collect();
-            let detail = format!("name one of the program's legs: {}", known.join(", "));
-            Err(Problem::parameters(vec![ProblemFault::parameter("leg", detail)]))
-        }
+    from_result(&edge, id, move |result| {
+        let parts = Parts::of(result, leg.as_deref())?;
+        Ok(svg(picture::plot(&parts.sections, &quantities)))
     })
     .await
 }
@@ -425,7 +405,6 @@ fn quantities(query: &mut Parameters) -> Vec<Quantity> {
     quantities
 }
 
-fn svg<E: std::fmt::Display>(drawn: Result<String, E>) -> Result<Response, Problem> {
-    let text = drawn.map_err(ServiceError::internal)?;
-    Ok(([(header::CONTENT_TYPE, "image/svg+xml")], text).into_response())
+fn svg(text: String) -> Response {
+    ([(header::CONTENT_TYPE, "image/svg+xml")], text).into_response()
 }

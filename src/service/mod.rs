@@ -28,10 +28,10 @@ use crate::job::{
     Drained, Idempotency, Job, JobCounts, JobEvent, JobFilter, JobId, JobPage, JobResult, JobState,
     Jobs, JobsError, Metrics, NewJob, Submitted,
 };
+use crate::optimize::{OPTIMIZERS, OptimizerEntry, OptimizerInfo};
 use crate::plan::{PlanResult, RobotRef};
 use crate::trajectory::Certificate;
 use crate::trajectory::interpolation::{INTERPOLATIONS, Interpolation, InterpolationInfo};
-use plan::OptimizerInfo;
 use plan::scenarios::Scenario;
 use plan::verify::VerifyRequest;
 
@@ -253,7 +253,7 @@ impl Service {
 
     /// The optimizers on offer.
     pub fn optimizers(&self) -> Vec<OptimizerInfo> {
-        Vec::new()
+        OPTIMIZERS.iter().map(OptimizerEntry::info).collect()
     }
 
     /// The interpolations on offer.

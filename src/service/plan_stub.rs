@@ -122,8 +122,3 @@ pub mod scenarios {
         &[]
     }
 }
-
-#[derive(utoipa::ToSchema, serde::Serialize, Clone)]
-pub struct OptimizerInfo {
-    pub name: &'static str,
-}
