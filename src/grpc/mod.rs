@@ -3,6 +3,7 @@
 //! `proto/takt/v1` is written by hand beside the domain types; `convert` has
 //! both directions of every message, and a test compares the field names.
 
+mod calls;
 mod chunks;
 pub mod convert;
 mod health;
@@ -12,16 +13,13 @@ mod robots;
 mod status;
 
 use axum::Router;
-use axum::extract::{MatchedPath, Request};
-use axum::middleware::Next;
-use axum::response::{IntoResponse, Response};
-use http::header::CONTENT_TYPE;
-use tonic::Status;
+use axum::middleware::from_fn;
 use tonic::codec::CompressionEncoding::Gzip;
 use tonic::service::Routes;
 use tonic_health::pb::health_server::HealthServer;
 use tonic_reflection::server::{Builder, Error as ReflectionError};
 use tonic_web::GrpcWebLayer;
+use tower_http::catch_panic::CatchPanicLayer;
 
 use crate::service::Service;
 use health::Readiness;
@@ -34,16 +32,25 @@ pub use status::ERROR_DOMAIN;
 type PlanningServer = proto::planning_service_server::PlanningServiceServer<Planning>;
 type RobotsServer = proto::robot_service_server::RobotServiceServer<Robots>;
 
-/// The gRPC services, to be merged with the other edge's routes: planning,
-/// robots, health and reflection, for gRPC and gRPC-web.
+/// `rest` with gRPC beside it on the same port: planning, robots, health and
+/// reflection, for gRPC and gRPC-web.
 ///
-/// Messages sent to it may have up to `max_message_bytes`. The routes have no
-/// fallback of their own; see [`answer_unknown_methods`].
+/// A message may have up to `max_message_bytes`, decompressed. What no route
+/// takes is left to the fallback of `rest`, unless it is a gRPC call.
 ///
 /// # Errors
 ///
 /// If the descriptors that reflection serves cannot be read.
-pub fn routes(service: Service, max_message_bytes: usize) -> Result<Router, ReflectionError> {
+pub fn beside(
+    rest: Router,
+    service: Service,
+    max_message_bytes: usize,
+) -> Result<Router, ReflectionError> {
+    let grpc = routes(service, max_message_bytes)?;
+    Ok(rest.merge(grpc).layer(from_fn(calls::answer_unknown)))
+}
+
+fn routes(service: Service, max_message_bytes: usize) -> Result<Router, ReflectionError> {
     let planning = PlanningServer::new(Planning(service.clone()))
         .max_decoding_message_size(max_message_bytes)
         .accept_compressed(Gzip)
@@ -57,8 +64,13 @@ pub fn routes(service: Service, max_message_bytes: usize) -> Result<Router, Refl
         .add_service(HealthServer::new(Readiness(service)))
         .add_service(reflection().build_v1()?)
         .add_service(reflection().build_v1alpha()?);
-    // tonic's own fallback would take every path that REST does not know.
-    Ok(routes.into_axum_router().reset_fallback().route_layer(GrpcWebLayer::new()))
+    // tonic's own fallback would take every path that REST does not know, and
+    // so must not be there when the routers are merged.
+    let routes = routes.into_axum_router().reset_fallback();
+    Ok(routes
+        .route_layer(CatchPanicLayer::custom(calls::panicked))
+        .route_layer(GrpcWebLayer::new())
+        .route_layer(from_fn(calls::follow)))
 }
 
 fn reflection() -> Builder<'static> {
@@ -67,24 +79,4 @@ fn reflection() -> Builder<'static> {
         .register_encoded_file_descriptor_set(tonic_health::pb::FILE_DESCRIPTOR_SET)
         // The details of errors, which generic clients then can show.
         .register_encoded_file_descriptor_set(tonic_types::pb::FILE_DESCRIPTOR_SET)
-}
-
-/// Middleware for the merged router: a gRPC call that no route takes is
-/// answered as gRPC asks (`UNIMPLEMENTED`) and not with HTTP's 404.
-pub async fn answer_unknown_methods(request: Request, next: Next) -> Response {
-    let unmatched = request.extensions().get::<MatchedPath>().is_none();
-    let content_type = request.headers().get(CONTENT_TYPE).cloned();
-    let Some(content_type) =
-        content_type.filter(|it| it.as_bytes().starts_with(b"application/grpc"))
-    else {
-        return next.run(request).await;
-    };
-    if !unmatched {
-        return next.run(request).await;
-    }
-    let status = Status::unimplemented(format!("there is no method {}", request.uri().path()));
-    let mut response = status.into_http::<axum::body::Body>().into_response();
-    // A status in the headers alone is lawful in gRPC-web too, under its own type.
-    response.headers_mut().insert(CONTENT_TYPE, content_type);
-    response
 }

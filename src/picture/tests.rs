@@ -197,6 +197,7 @@ fn sections_follow_each_other_by_name() {
     assert_well_formed(&svg);
     assert!(svg.contains(">\nAB\n") && svg.contains(">\nBC\n"));
     assert!(svg.contains("2 sections, 4 s"));
+    assert!(convergence(&Curve::all(&program)).contains("BC (exact, quintic)"));
     let section = Section::leg(&program, "BC").unwrap();
     assert!(plot(&[section], &[Quantity::Position]).contains("test &amp; robot, BC: 2 s"));
     assert!(Section::leg(&program, "XY").is_none());

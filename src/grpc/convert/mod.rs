@@ -88,6 +88,8 @@ mod job;
 mod request;
 mod result;
 mod robot;
+#[cfg(test)]
+mod tests;
 mod values;
 
 /// A domain value that travels as an `M`.
