@@ -104,7 +104,7 @@ fn jobs() -> Vec<Case> {
         invalid("/v1/jobs", json!([]), &["expected an object"]),
         invalid("/v1/jobs", json!("job"), &["expected an object"]),
         invalid("/v1/jobs", json!(null), &["expected an object"]),
-        invalid("/v1/jobs", json!({}), &["robot", "task"]),
+        invalid("/v1/jobs", json!({}), &["/robot", "missing field `robot`"]),
         invalid("/v1/jobs", json!({"robot": "ur5e"}), &["missing field `task`"]),
         job("/colour", json!("red"), &["/colour", "unknown field `colour`"]),
         job("/task/colour", json!("red"), &["/task/colour", "unknown field `colour`"]),
@@ -326,7 +326,7 @@ fn verifications() -> Vec<Case> {
         verify("/samples", json!(null), &[]).but_valid(),
         samples("/samples/interpolation", json!("spline"), &["/samples/interpolation", "`spline`"]),
         samples("/samples/times", json!([0]), &["/samples", "times"]),
-        samples("/samples/times", json!([1, 0]), &["/samples/times"]),
+        samples("/samples/times", json!([1, 0]), &["/samples", "ascend"]),
         samples("/samples/positions/1", json!([1]), &["/samples/positions/1"]),
         samples("/samples/interpolation", json!("cubic"), &["/samples/velocities"]),
     ]

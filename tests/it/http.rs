@@ -336,6 +336,10 @@ async fn the_api_description_is_complete() {
     for name in references.filter_map(|rest| rest.split('"').next()) {
         assert!(api["components"]["schemas"][name].is_object(), "{name} is not described");
     }
+    // Two types of one name would hide each other.
+    let schemas = &api["components"]["schemas"];
+    assert!(schemas["Samples"]["properties"]["interpolation"].is_object());
+    assert!(schemas["SampledTrajectory"]["properties"]["rate_hz"].is_object());
     let job = api["components"]["schemas"]["JobRequest"].to_string();
     assert!(job.contains("priority") && job.contains("PlanRequest"), "{job}");
 }
