@@ -88,7 +88,7 @@ pub(super) fn scenarios(options: ScenarioOptions) -> Result<(), Failure> {
         }
         return output::print(&table.text());
     };
-    let names = || scenarios::all().iter().map(|scenario| scenario.name);
+    let names = || scenarios::all().iter().map(|scenario| scenario.name.as_str());
     let scenario = scenarios::get(&name);
     let scenario =
         scenario.ok_or_else(|| input::unknown("there is no scenario", &name, names()))?;
