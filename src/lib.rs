@@ -18,6 +18,7 @@ pub mod trajectory;
 pub mod plan;
 
 pub mod job;
+pub mod picture;
 
 pub mod service;
 pub mod store;

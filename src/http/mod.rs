@@ -1,1 +1,112 @@
-//! http
+//! The REST edge: addresses, headers and status codes. Nothing else knows them.
+
+mod door;
+mod events;
+mod input;
+mod jobs;
+mod operations;
+mod problem;
+mod registry;
+mod results;
+mod robots;
+
+use axum::Router;
+use axum::extract::Request;
+use axum::routing::get;
+use tower_http::catch_panic::CatchPanicLayer;
+use tower_http::compression::CompressionLayer;
+use tower_http::decompression::RequestDecompressionLayer;
+use utoipa::OpenApi;
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+use utoipa_swagger_ui::SwaggerUi;
+
+pub use problem::{PROBLEM_TYPES, Problem, ProblemBody, ProblemFault, ProblemType};
+
+use crate::service::Service;
+
+/// How the edge treats requests.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct HttpSettings {
+    /// Largest body after decompression, bytes.
+    pub max_body_bytes: usize,
+}
+
+/// What handlers share.
+#[derive(Clone)]
+struct Edge {
+    service: Service,
+    settings: HttpSettings,
+}
+
+#[derive(OpenApi)]
+#[openapi(
+    info(
+        title = "Takt",
+        description = "Plans robot trajectories: as fast as the limits allow, certified over \
+            continuous time, repeatable from a seed. SI units and radians throughout; vectors follow \
+            the robot's joint order. Unknown fields and query parameters are refused.",
+    ),
+    components(schemas(ProblemBody)),
+    tags(
+        (name = "jobs", description = "Submit, follow and manage planning jobs"),
+        (name = "results", description = "What an ended job produced; certificates"),
+        (name = "robots", description = "The catalogue and your own"),
+        (name = "methods", description = "What is on offer"),
+        (name = "operations", description = "Health and metrics"),
+    ),
+)]
+struct ApiDescription;
+
+/// All addresses of the REST edge; unknown ones are answered with a problem.
+pub fn routes(service: Service, settings: HttpSettings) -> Router {
+    let (router, api) = api_routes().split_for_parts();
+    router
+        .route("/", get(operations::index))
+        .with_state(Edge { service, settings })
+        .merge(SwaggerUi::new("/docs").url("/openapi.json", api))
+        .fallback(unknown_address)
+        .layer(RequestDecompressionLayer::new())
+        .layer(CatchPanicLayer::custom(|panic: Box<dyn std::any::Any + Send>| {
+            axum::response::IntoResponse::into_response(Problem::panic(panic.as_ref()))
+        }))
+        .layer(axum::middleware::from_fn(door::pass))
+        .layer(CompressionLayer::new())
+}
+
+/// The description of the REST edge as OpenAPI 3.1.
+pub fn api_description() -> utoipa::openapi::OpenApi {
+    api_routes().into_openapi()
+}
+
+fn api_routes() -> OpenApiRouter<Edge> {
+    OpenApiRouter::with_openapi(ApiDescription::openapi())
+        .routes(routes!(jobs::create, jobs::list))
+        .routes(routes!(jobs::get, jobs::delete))
+        .routes(routes!(jobs::request))
+        .routes(routes!(jobs::cancel))
+        .routes(routes!(events::watch))
+        .routes(routes!(results::result))
+        .routes(routes!(results::metrics))
+        .routes(routes!(results::certificate))
+        .routes(routes!(results::trajectory))
+        .routes(routes!(results::convergence))
+        .routes(routes!(results::plot))
+        .routes(routes!(registry::verify))
+        .routes(routes!(robots::list))
+        .routes(routes!(robots::get, robots::put, robots::delete))
+        .routes(routes!(robots::forward_kinematics))
+        .routes(routes!(registry::optimizers))
+        .routes(routes!(registry::interpolations))
+        .routes(routes!(registry::scenarios))
+        .routes(routes!(registry::scenario))
+        .routes(routes!(registry::scenario_request))
+        .routes(routes!(operations::healthz))
+        .routes(routes!(operations::readyz))
+        .routes(routes!(operations::metrics))
+        .routes(routes!(operations::problem))
+}
+
+async fn unknown_address(request: Request) -> Problem {
+    Problem::not_found(format!("there is nothing at {}", request.uri().path()))
+}

@@ -2,6 +2,7 @@
 
 mod bound;
 mod certificate;
+mod export;
 pub mod interpolation;
 pub mod kernel;
 mod limits;
@@ -10,5 +11,9 @@ pub mod timing;
 
 pub use bound::LowerBound;
 pub use certificate::{Certificate, Clearance, JointCertificate, Peak, PositionRange, Violation};
+pub use export::{
+    ExportError, JointTrajectory, JointTrajectoryPoint, MAX_SAMPLES, Quantity, RosDuration,
+    Samples, Timeline, UnknownQuantity,
+};
 pub use limits::{DERIVATIVES, JointBounds, Limit};
 pub use polynomial_trajectory::{KinematicState, Trajectory, TrajectoryError};

@@ -1,0 +1,141 @@
+//! Commands that list what there is: robots, scenarios, methods.
+
+use clap::Args;
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+use crate::optimize::{OPTIMIZERS, OptimizerEntry, OptimizerInfo, ParameterInfo};
+use crate::plan::scenarios;
+use crate::robot::{Robot, catalogue};
+use crate::trajectory::interpolation::{INTERPOLATIONS, Interpolation, InterpolationInfo};
+
+use super::client::Client;
+use super::failure::Failure;
+use super::table::Table;
+use super::{input, output};
+
+/// Options of `takt robots`.
+#[derive(Debug, Args)]
+pub(super) struct RobotOptions {
+    /// Print this robot as JSON
+    name: Option<String>,
+    /// Ask this server, which also knows registered robots, instead of the
+    /// built-in catalogue
+    #[arg(long, value_name = "URL")]
+    server: Option<String>,
+}
+
+#[derive(Deserialize)]
+struct RobotPage {
+    robots: Vec<RobotLine>,
+}
+
+#[derive(Deserialize)]
+struct RobotLine {
+    name: String,
+    description: Option<String>,
+    dof: usize,
+}
+
+/// Lists robots, or prints one.
+pub(super) async fn robots(options: RobotOptions) -> Result<(), Failure> {
+    let client = options.server.as_deref().map(Client::new).transpose()?;
+    match (options.name, client) {
+        (None, None) => print_robots(catalogue::all().iter().map(|robot| line(robot)).collect()),
+        (None, Some(client)) => {
+            let page: RobotPage = client.get("/v1/robots", &[]).await?;
+            print_robots(page.robots)
+        }
+        (Some(name), None) => {
+            let robot = catalogue::get(&name);
+            let robot = robot
+                .ok_or_else(|| input::unknown("there is no robot", &name, catalogue::names()))?;
+            output::print(&output::pretty(robot.description())?)
+        }
+        (Some(name), Some(client)) => {
+            let robot: Value = client.get(&format!("/v1/robots/{name}"), &[]).await?;
+            output::print(&output::pretty(&robot)?)
+        }
+    }
+}
+
+fn line(robot: &Robot) -> RobotLine {
+    let description = robot.description().description.clone();
+    RobotLine { name: robot.name().to_owned(), description, dof: robot.dof() }
+}
+
+fn print_robots(robots: Vec<RobotLine>) -> Result<(), Failure> {
+    let mut table = Table::new(["name", ">joints", "description"]);
+    for RobotLine { name, description, dof } in robots {
+        table.row([name, dof.to_string(), description.unwrap_or_default()]);
+    }
+    output::print(&table.text())
+}
+
+/// Options of `takt scenarios`.
+#[derive(Debug, Args)]
+pub(super) struct ScenarioOptions {
+    /// Print this scenario's request as JSON, ready to be changed and planned
+    name: Option<String>,
+}
+
+/// Lists scenarios, or prints one's request.
+pub(super) fn scenarios(options: ScenarioOptions) -> Result<(), Failure> {
+    let Some(name) = options.name else {
+        let mut table = Table::new(["name", "title"]);
+        for scenario in scenarios::all() {
+            table.row([scenario.name.to_owned(), scenario.title.to_owned()]);
+        }
+        return output::print(&table.text());
+    };
+    let names = || scenarios::all().iter().map(|scenario| scenario.name.as_str());
+    let scenario = scenarios::get(&name);
+    let scenario =
+        scenario.ok_or_else(|| input::unknown("there is no scenario", &name, names()))?;
+    output::remark(&format!("{}\n{}", scenario.description, scenario.source));
+    output::print(&output::pretty(&scenario.request)?)
+}
+
+/// Options of `takt methods`.
+#[derive(Debug, Args)]
+pub(super) struct MethodOptions {
+    /// Print everything as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// Lists interpolations and optimizers.
+pub(super) fn methods(options: MethodOptions) -> Result<(), Failure> {
+    let interpolations: Vec<InterpolationInfo> =
+        INTERPOLATIONS.iter().map(Interpolation::info).collect();
+    let optimizers: Vec<OptimizerInfo> = OPTIMIZERS.iter().map(OptimizerEntry::info).collect();
+    if options.json {
+        let all = json!({"interpolations": interpolations, "optimizers": optimizers});
+        return output::print(&output::pretty(&all)?);
+    }
+    let mut text = String::from("Interpolations\n");
+    for entry in &interpolations {
+        text.push_str(&method(entry.name, entry.title, entry.description, entry.source));
+    }
+    text.push_str("\nOptimizers\n");
+    for entry in &optimizers {
+        text.push_str(&method(entry.name, entry.title, entry.description, entry.source));
+        for parameter in &entry.parameters {
+            text.push_str(&parameter_line(parameter));
+        }
+    }
+    output::print(&text)
+}
+
+fn method(name: &str, title: &str, description: &str, source: &str) -> String {
+    format!("\n  {name}: {title}\n    {description}\n    source: {source}\n")
+}
+
+fn parameter_line(parameter: &ParameterInfo) -> String {
+    let default = match &parameter.default {
+        Some(default) => format!("default {default}"),
+        None => "off".to_owned(),
+    };
+    let ParameterInfo { name, description, min, max, .. } = parameter;
+    format!("    - {name} ({default}; {min} to {max}): {description}\n")
+}

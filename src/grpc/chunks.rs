@@ -1,0 +1,158 @@
+//! Results in chunks: clients refuse messages beyond 4 MiB unless told
+//! otherwise.
+//!
+//! A chunk continues a message the way protobuf merges: lists are appended, the
+//! rest is set once. What has no bound of its own (segments, iterations) is
+//! spread over chunks; what has one (joints) stays in the first.
+
+use std::mem;
+
+use prost::Message;
+
+use super::convert::{Place, read};
+use super::proto::plan_result::Kind;
+use super::proto::result_chunk::Part;
+use super::proto::{
+    LegResult, PlanResult, ProgramResult, ResultChunk, Trajectory, TrajectoryResult,
+};
+use crate::fault::Faults;
+use crate::plan;
+
+/// Size at which a chunk is sent, bytes. A list's element may go beyond it, and
+/// is itself far smaller than the limit.
+const CHUNK_BYTES: usize = 1 << 20;
+
+/// The result in chunks, in the order in which [`join`] takes them.
+pub fn split(result: PlanResult) -> Vec<ResultChunk> {
+    let mut chunks = Vec::new();
+    let mut send = |part| chunks.push(ResultChunk { part: Some(part) });
+    match result.kind {
+        None => {}
+        Some(Kind::Trajectory(result)) => {
+            split_trajectory(result).into_iter().for_each(|part| send(Part::Trajectory(part)));
+        }
+        Some(Kind::Program(mut program)) => {
+            let legs = mem::take(&mut program.legs);
+            send(Part::Program(program));
+            for LegResult { name, start, result } in legs {
+                let mut parts = split_trajectory(result.unwrap_or_default()).into_iter();
+                send(Part::Leg(LegResult { name, start, result: parts.next() }));
+                parts.for_each(|part| send(Part::Trajectory(part)));
+            }
+        }
+    }
+    chunks
+}
+
+/// The result that `chunks` make together.
+///
+/// # Errors
+///
+/// If they are not the chunks of one result.
+pub fn join(chunks: impl IntoIterator<Item = ResultChunk>) -> Result<plan::PlanResult, Faults> {
+    let mut joined = None;
+    for (index, chunk) in chunks.into_iter().enumerate() {
+        if let Err(detail) = append(&mut joined, chunk) {
+            let mut faults = Faults::default();
+            Place::Root.element(index).fault(&mut faults, detail);
+            return Err(faults);
+        }
+    }
+    read(PlanResult { kind: joined })
+}
+
+fn append(joined: &mut Option<Kind>, chunk: ResultChunk) -> Result<(), String> {
+    let part = chunk.part.ok_or("an empty chunk")?;
+    match (part, joined) {
+        (Part::Program(program), joined @ None) => *joined = Some(Kind::Program(program)),
+        (Part::Trajectory(result), joined @ None) => *joined = Some(Kind::Trajectory(result)),
+        (Part::Leg(leg), Some(Kind::Program(program))) => program.legs.push(leg),
+        (Part::Trajectory(more), Some(Kind::Trajectory(result))) => merge(result, &more)?,
+        (Part::Trajectory(more), Some(Kind::Program(ProgramResult { legs, .. }))) => {
+            let leg = legs.last_mut().ok_or("a trajectory before its leg")?;
+            merge(leg.result.get_or_insert_default(), &more)?;
+        }
+        (Part::Program(_), Some(_)) => return Err("a second result".to_owned()),
+        (Part::Leg(_), _) => return Err("a leg without its program".to_owned()),
+    }
+    Ok(())
+}
+
+fn merge(result: &mut TrajectoryResult, more: &TrajectoryResult) -> Result<(), String> {
+    result.merge(more.encode_to_vec().as_slice()).map_err(|error| error.to_string())
+}
+
+/// Chunks under construction.
+struct Parts {
+    full: Vec<TrajectoryResult>,
+    current: TrajectoryResult,
+    bytes: usize,
+}
+
+impl Parts {
+    /// The message that takes the next `bytes`.
+    fn room(&mut self, bytes: usize) -> &mut TrajectoryResult {
+        if self.bytes > 0 && self.bytes + bytes > CHUNK_BYTES {
+            self.full.push(mem::take(&mut self.current));
+            self.bytes = 0;
+        }
+        self.bytes += bytes;
+        &mut self.current
+    }
+
+    /// The message that takes `element` of a list.
+    fn room_for(&mut self, element: &impl Message) -> &mut TrajectoryResult {
+        // Tag and length of the element in its list.
+        const OVERHEAD: usize = 8;
+        self.room(element.encoded_len() + OVERHEAD)
+    }
+}
+
+/// The first part has what cannot grow; lists follow until it is full, then in
+/// more parts.
+fn split_trajectory(mut result: TrajectoryResult) -> Vec<TrajectoryResult> {
+    let durations = mem::take(&mut result.durations);
+    let waypoint_times = mem::take(&mut result.waypoint_times);
+    let waypoints = mem::take(&mut result.waypoints);
+    let trajectory = result.trajectory.as_mut().map(mem::take).unwrap_or_default();
+    let certificate = result.certificate.as_mut();
+    let violations = certificate.map(|it| mem::take(&mut it.violations)).unwrap_or_default();
+    let binding = result.metrics.as_mut().map(|it| mem::take(&mut it.binding)).unwrap_or_default();
+    let per_joint = mem::take(&mut result.per_joint);
+    let convergence = mem::take(&mut result.convergence);
+
+    let bytes = result.encoded_len();
+    let mut parts = Parts { full: Vec::new(), current: result, bytes };
+    let number = mem::size_of::<f64>();
+    for duration in durations {
+        parts.room(number).durations.push(duration);
+    }
+    for time in waypoint_times {
+        parts.room(number).waypoint_times.push(time);
+    }
+    for waypoint in waypoints {
+        parts.room_for(&waypoint).waypoints.push(waypoint);
+    }
+    let Trajectory { breakpoints, pieces } = trajectory;
+    for breakpoint in breakpoints {
+        parts.room(number).trajectory.get_or_insert_default().breakpoints.push(breakpoint);
+    }
+    for piece in pieces {
+        parts.room_for(&piece).trajectory.get_or_insert_default().pieces.push(piece);
+    }
+    for violation in violations {
+        let part = parts.room_for(&violation);
+        part.certificate.get_or_insert_default().violations.push(violation);
+    }
+    for limit in binding {
+        parts.room_for(&limit).metrics.get_or_insert_default().binding.push(limit);
+    }
+    for joint in per_joint {
+        parts.room_for(&joint).per_joint.push(joint);
+    }
+    for point in convergence {
+        parts.room_for(&point).convergence.push(point);
+    }
+    parts.full.push(parts.current);
+    parts.full
+}

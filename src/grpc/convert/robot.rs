@@ -1,0 +1,147 @@
+//! Robots.
+
+use super::{MessageForm, Place};
+use crate::fault::Faults;
+use crate::grpc::proto;
+use crate::robot::{
+    DhConvention, DhRow, Joint, JointLimits, JointProvenance, JointType, KinematicsDescription,
+    Pose, Provenance, RobotDescription,
+};
+use crate::service::{RobotOrigin, RobotPut, RobotSummary};
+
+message_form!(RobotPut as PutRobotResponse { robot: Required, created });
+
+message_form!(RobotSummary { name, origin, description, dof, joint_names, kinematics });
+
+message_form!(JointLimits { lower, upper, velocity, acceleration, jerk, effort });
+
+message_form!(JointProvenance { lower, upper, velocity, acceleration, jerk, effort });
+
+message_form!(KinematicsDescription as Kinematics {
+    convention,
+    rows,
+    base: Defaulted,
+    tool: Defaulted,
+});
+
+message_enum!(RobotOrigin { Catalogue, Registered }, unspecified: None);
+
+message_enum!(JointType { Revolute, Prismatic, Continuous }, unspecified: None);
+
+message_enum!(DhConvention { ModifiedDh, StandardDh }, unspecified: None);
+
+message_enum!(
+    Provenance { Datasheet, Urdf, Paper, Measured, ThirdParty, Unconfirmed, Assumed, User },
+    unspecified: None
+);
+
+/// Name of a robot that was given none, as in the JSON form.
+const UNNAMED: &str = "unnamed";
+
+impl MessageForm<proto::Robot> for RobotDescription {
+    fn into_message(self) -> proto::Robot {
+        let Self { name, description, source, notes, joints, kinematics } = self;
+        proto::Robot {
+            name,
+            description,
+            source,
+            notes,
+            joints: joints.into_message(),
+            kinematics: kinematics.into_message(),
+        }
+    }
+
+    fn from_message(message: proto::Robot, place: Place<'_>, faults: &mut Faults) -> Self {
+        let proto::Robot { name, description, source, notes, joints, kinematics } = message;
+        Self {
+            name: if name.is_empty() { UNNAMED.to_owned() } else { name },
+            description,
+            source,
+            notes,
+            joints: MessageForm::from_message(joints, place.field("joints"), faults),
+            kinematics: MessageForm::from_message(kinematics, place.field("kinematics"), faults),
+        }
+    }
+}
+
+impl MessageForm<proto::Joint> for Joint {
+    fn into_message(self) -> proto::Joint {
+        let Self { name, joint_type, limits, provenance } = self;
+        proto::Joint {
+            name,
+            r#type: joint_type.into_message(),
+            limits: Some(limits.into_message()),
+            provenance: Some(provenance.into_message()),
+        }
+    }
+
+    fn from_message(message: proto::Joint, place: Place<'_>, faults: &mut Faults) -> Self {
+        let proto::Joint { name, r#type, limits, provenance } = message;
+        let limits = limits.unwrap_or_default();
+        let provenance = provenance.unwrap_or_default();
+        Self {
+            name,
+            joint_type: MessageForm::from_message(r#type, place.field("type"), faults),
+            limits: MessageForm::from_message(limits, place.field("limits"), faults),
+            provenance: MessageForm::from_message(provenance, place.field("provenance"), faults),
+        }
+    }
+}
+
+impl MessageForm<proto::DhRow> for DhRow {
+    fn into_message(self) -> proto::DhRow {
+        let Self { a, alpha, d, theta, sign } = self;
+        proto::DhRow { a, alpha, d, theta, sign: Some(sign) }
+    }
+
+    fn from_message(message: proto::DhRow, place: Place<'_>, faults: &mut Faults) -> Self {
+        let proto::DhRow { a, alpha, d, theta, sign } = message;
+        let sign = sign.unwrap_or(Self::default().sign);
+        let mut number = |value, name| f64::from_message(value, place.field(name), faults);
+        Self {
+            a: number(a, "a"),
+            alpha: number(alpha, "alpha"),
+            d: number(d, "d"),
+            theta: number(theta, "theta"),
+            sign: number(sign, "sign"),
+        }
+    }
+}
+
+impl MessageForm<proto::Pose> for Pose {
+    fn into_message(self) -> proto::Pose {
+        let Self { position, orientation } = self;
+        proto::Pose { position: position.to_vec(), orientation: orientation.to_vec() }
+    }
+
+    fn from_message(message: proto::Pose, place: Place<'_>, faults: &mut Faults) -> Self {
+        let proto::Pose { position, orientation } = message;
+        let default = Self::default();
+        Self {
+            position: numbers(position, default.position, place.field("position"), faults),
+            orientation: numbers(
+                orientation,
+                default.orientation,
+                place.field("orientation"),
+                faults,
+            ),
+        }
+    }
+}
+
+/// `N` numbers, or none at all for the default.
+fn numbers<const N: usize>(
+    message: Vec<f64>,
+    default: [f64; N],
+    place: Place<'_>,
+    faults: &mut Faults,
+) -> [f64; N] {
+    if message.is_empty() {
+        return default;
+    }
+    let numbers = Vec::from_message(message, place, faults);
+    numbers.try_into().unwrap_or_else(|numbers: Vec<f64>| {
+        place.fault(faults, format!("{} numbers instead of {N}", numbers.len()));
+        default
+    })
+}

@@ -1,0 +1,123 @@
+//! What is on offer, and certificates for anyone's trajectory.
+
+use axum::Json;
+use axum::extract::State;
+use axum::response::{IntoResponse, Response};
+use serde::Serialize;
+use utoipa::ToSchema;
+
+use super::Edge;
+use super::input::{JsonBody, NamePath, NoParameters};
+use super::problem::{Problem, Problems};
+use crate::optimize::OptimizerInfo;
+use crate::plan::scenarios::Scenario;
+use crate::plan::verify::VerifyRequest;
+use crate::trajectory::Certificate;
+use crate::trajectory::interpolation::InterpolationInfo;
+
+/// All optimizers.
+#[derive(Serialize, ToSchema)]
+pub(super) struct OptimizerList {
+    /// With their parameters, defaults and sources.
+    optimizers: Vec<OptimizerInfo>,
+}
+
+/// All interpolations.
+#[derive(Serialize, ToSchema)]
+pub(super) struct InterpolationList {
+    /// With what they guarantee and need.
+    interpolations: Vec<InterpolationInfo>,
+}
+
+/// All scenarios.
+#[derive(Serialize, ToSchema)]
+pub(super) struct ScenarioList {
+    /// Each with a request that is ready to be sent.
+    scenarios: &'static [Scenario],
+}
+
+/// List the optimizers
+#[utoipa::path(
+    get, path = "/v1/optimizers", tag = "methods",
+    responses((status = 200, description = "All optimizers", body = OptimizerList), Problems),
+)]
+pub(super) async fn optimizers(State(edge): State<Edge>, _: NoParameters) -> Json<OptimizerList> {
+    Json(OptimizerList { optimizers: edge.service.optimizers() })
+}
+
+/// List the interpolations
+#[utoipa::path(
+    get, path = "/v1/interpolations", tag = "methods",
+    responses((status = 200, description = "All interpolations", body = InterpolationList), Problems),
+)]
+pub(super) async fn interpolations(
+    State(edge): State<Edge>,
+    _: NoParameters,
+) -> Json<InterpolationList> {
+    Json(InterpolationList { interpolations: edge.service.interpolations() })
+}
+
+/// List the scenarios
+#[utoipa::path(
+    get, path = "/v1/scenarios", tag = "methods",
+    responses((status = 200, description = "All scenarios", body = ScenarioList), Problems),
+)]
+pub(super) async fn scenarios(State(edge): State<Edge>, _: NoParameters) -> Response {
+    Json(ScenarioList { scenarios: edge.service.scenarios() }).into_response()
+}
+
+/// Get a scenario
+#[utoipa::path(
+    get, path = "/v1/scenarios/{name}", tag = "methods",
+    params(("name" = String, Path, description = "The scenario's name")),
+    responses((status = 200, description = "The scenario", body = Scenario), Problems),
+)]
+pub(super) async fn scenario(
+    State(edge): State<Edge>,
+    NamePath(name): NamePath,
+    _: NoParameters,
+) -> Result<Response, Problem> {
+    Ok(Json(find(&edge, &name)?).into_response())
+}
+
+/// Get a scenario's request, ready to be sent to /v1/jobs
+#[utoipa::path(
+    get, path = "/v1/scenarios/{name}/request", tag = "methods",
+    params(("name" = String, Path, description = "The scenario's name")),
+    responses((status = 200, description = "The request", body = crate::plan::PlanRequest), Problems),
+)]
+pub(super) async fn scenario_request(
+    State(edge): State<Edge>,
+    NamePath(name): NamePath,
+    _: NoParameters,
+) -> Result<Response, Problem> {
+    Ok(Json(&find(&edge, &name)?.request).into_response())
+}
+
+fn find(edge: &Edge, name: &str) -> Result<&'static Scenario, Problem> {
+    let scenarios = edge.service.scenarios();
+    scenarios.iter().find(|scenario| scenario.name == name).ok_or_else(|| {
+        let known: Vec<_> = scenarios.iter().map(|scenario| scenario.name.as_str()).collect();
+        Problem::not_found(format!(
+            "there is no scenario `{name}`; there are: {}",
+            known.join(", ")
+        ))
+    })
+}
+
+/// Certify anyone's trajectory
+///
+/// Exact extrema of position, velocity, acceleration and jerk against the
+/// robot's limits, over continuous time.
+#[utoipa::path(
+    post, path = "/v1/verify", tag = "results", request_body = VerifyRequest,
+    responses((status = 200, description = "The certificate", body = Certificate), Problems),
+)]
+pub(super) async fn verify(
+    State(edge): State<Edge>,
+    _: NoParameters,
+    body: JsonBody,
+) -> Result<Json<Certificate>, Problem> {
+    let request = body.parse(VerifyRequest::parse).await?;
+    Ok(Json(edge.service.verify(request).await?))
+}

@@ -1,0 +1,410 @@
+//! What an ended job produced: the result as stored, and views of it.
+
+use axum::extract::State;
+use axum::response::{IntoResponse, Response};
+use http::{HeaderValue, header};
+use serde::Serialize;
+use utoipa::ToSchema;
+
+use super::Edge;
+use super::input::{JobPath, Parameters, off_thread};
+use super::jobs::json_text;
+use super::problem::{Problem, ProblemFault, Problems};
+use crate::job::JobId;
+use crate::picture::{self, Curve, Section};
+use crate::plan::{PlanMetrics, PlanResult, TrajectoryResult};
+use crate::service::ServiceError;
+use crate::trajectory::{Certificate, JointTrajectory, Quantity, Samples, Timeline, Trajectory};
+
+/// The trajectories asked for.
+struct Parts<'a> {
+    sections: Vec<Section<'a>>,
+    /// True for all legs of a program.
+    legs: bool,
+}
+
+impl<'a> Parts<'a> {
+    /// What `leg` names in `result`; everything without a name.
+    fn of(result: &'a PlanResult, leg: Option<&str>) -> Result<Self, Problem> {
+        let Some(name) = leg else {
+            let legs = matches!(result, PlanResult::Program(_));
+            return Ok(Self { sections: Section::all(result), legs });
+        };
+        let section = Section::leg(result, name).ok_or_else(|| {
+            let known = Section::all(result).into_iter().filter_map(|section| section.name);
+            let known = match known.collect::<Vec<_>>()[..] {
+                [] => "the job is no program".to_owned(),
+                ref known => format!("there are: {}", known.join(", ")),
+            };
+            Problem::not_found(format!("there is no leg `{name}`; {known}"))
+        })?;
+        Ok(Self { sections: vec![section], legs: false })
+    }
+
+    /// One `view` of the trajectory, or a list of them with the legs' names,
+    /// as JSON.
+    fn json<T: Serialize>(
+        &self,
+        view: impl Fn(&'a TrajectoryResult) -> T,
+    ) -> Result<Response, Problem> {
+        json(&match &self.sections[..] {
+            [only] if !self.legs => Views::One(view(only.result)),
+            sections => {
+                let views = sections.iter().map(|section| LegView {
+                    leg: section.name.unwrap_or_default().to_owned(),
+                    start: section.start,
+                    view: view(section.result),
+                });
+                Views::Legs { legs: views.collect() }
+            }
+        })
+    }
+
+    /// All trajectories on one time axis.
+    fn timeline(&self) -> Option<Timeline<'a>> {
+        let first = self.sections.first()?.result;
+        let legs = self.sections.iter().map(|it| (it.start, &it.result.trajectory)).collect();
+        Some(Timeline { joint_names: &first.joint_names, joint_units: &first.joint_units, legs })
+    }
+}
+
+/// A view of one trajectory or, for a whole program, of each leg's.
+#[derive(Serialize, ToSchema)]
+#[serde(untagged)]
+pub(super) enum Views<T> {
+    /// Of a task with one trajectory, or of the leg asked for.
+    One(T),
+    /// Of a program's legs in order.
+    Legs {
+        /// One per leg.
+        legs: Vec<LegView<T>>,
+    },
+}
+
+/// A view of one leg of a program.
+#[derive(Serialize, ToSchema)]
+pub(super) struct LegView<T> {
+    /// The leg's name.
+    leg: String,
+    /// When it starts within the program, s.
+    start: f64,
+    /// What was asked for.
+    #[serde(flatten)]
+    view: T,
+}
+
+/// A trajectory with what is needed to read it.
+#[derive(Serialize, ToSchema)]
+pub(super) struct Polynomials {
+    /// Joint order of the coefficients.
+    joint_names: Vec<String>,
+    /// `rad` or `m` per joint.
+    joint_units: Vec<String>,
+    /// Breakpoints and coefficients.
+    #[serde(flatten)]
+    trajectory: Trajectory,
+}
+
+/// Reads a job's result and makes something of it, on a thread that may
+/// compute for long.
+async fn from_result<T: Send + 'static>(
+    edge: &Edge,
+    id: JobId,
+    make: impl FnOnce(&PlanResult) -> Result<T, Problem> + Send + 'static,
+) -> Result<T, Problem> {
+    let result = edge.service.result(id).await?;
+    off_thread(move || make(&result)).await
+}
+
+fn json<T: Serialize>(value: &T) -> Result<Response, Problem> {
+    Ok(json_text(serde_json::to_string(value).map_err(ServiceError::internal)?))
+}
+
+/// Get the result, byte for byte as it was stored
+#[utoipa::path(
+    get, path = "/v1/jobs/{id}/result", tag = "results",
+    params(
+        ("id" = String, Path, format = "uuid", description = "The job's id"),
+        ("partial" = Option<bool>, Query,
+            description = "`true` also serves what a job that did not succeed left of its plan"),
+    ),
+    responses((status = 200, description = "The result", body = PlanResult), Problems),
+)]
+pub(super) async fn result(
+    State(edge): State<Edge>,
+    JobPath(id): JobPath,
+    mut query: Parameters,
+) -> Result<Response, Problem> {
+    let partial = query.value("partial").unwrap_or(false);
+    let partial = query.finish(partial)?;
+    let text = if partial {
+        edge.service.partial_result_text(id).await?
+    } else {
+        edge.service.result_text(id).await?
+    };
+    Ok(json_text(text))
+}
+
+/// Get the figures that describe the plan
+#[utoipa::path(
+    get, path = "/v1/jobs/{id}/metrics", tag = "results",
+    params(
+        ("id" = String, Path, format = "uuid", description = "The job's id"),
+        ("leg" = Option<String>, Query, description = "One leg of a program; default a list of all"),
+    ),
+    responses((status = 200, description = "The figures", body = Views<PlanMetrics>), Problems),
+)]
+pub(super) async fn metrics(
+    State(edge): State<Edge>,
+    JobPath(id): JobPath,
+    query: Parameters,
+) -> Result<Response, Problem> {
+    let leg = leg(query)?;
+    from_result(&edge, id, move |result| {
+        Parts::of(result, leg.as_deref())?.json(|part| &part.metrics)
+    })
+    .await
+}
+
+/// Get the certificate
+#[utoipa::path(
+    get, path = "/v1/jobs/{id}/certificate", tag = "results",
+    params(
+        ("id" = String, Path, format = "uuid", description = "The job's id"),
+        ("leg" = Option<String>, Query, description = "One leg of a program; default a list of all"),
+    ),
+    responses((status = 200, description = "The certificate", body = Views<Certificate>), Problems),
+)]
+pub(super) async fn certificate(
+    State(edge): State<Edge>,
+    JobPath(id): JobPath,
+    query: Parameters,
+) -> Result<Response, Problem> {
+    let leg = leg(query)?;
+    from_result(&edge, id, move |result| {
+        Parts::of(result, leg.as_deref())?.json(|part| &part.certificate)
+    })
+    .await
+}
+
+fn leg(mut query: Parameters) -> Result<Option<String>, Problem> {
+    let leg = query.text("leg");
+    query.finish(leg)
+}
+
+/// How a trajectory is written.
+#[derive(Clone, Copy)]
+enum Format {
+    Polynomial,
+    Samples,
+    Csv,
+    JointTrajectory,
+}
+
+/// Get the trajectory
+///
+/// `samples`, `csv` and `joint_trajectory` (the shape of ROS'
+/// trajectory_msgs/JointTrajectory) are sampled at `rate_hz` and run through
+/// all legs of a program unless one is named.
+#[utoipa::path(
+    get, path = "/v1/jobs/{id}/trajectory", tag = "results",
+    params(
+        ("id" = String, Path, format = "uuid", description = "The job's id"),
+        ("format" = Option<String>, Query,
+            description = "`polynomial` (default), `samples`, `csv` or `joint_trajectory`"),
+        ("rate_hz" = Option<f64>, Query, description = "Samples per second, above 0 to 10000; default 250"),
+        ("leg" = Option<String>, Query, description = "One leg of a program; default all"),
+    ),
+    responses(
+        (status = 200, description = "The trajectory", content(
+            (Views<Polynomials> = "application/json"),
+            (Samples = "application/json; format=samples"),
+            (JointTrajectory = "application/json; format=joint_trajectory"),
+            (String = "text/csv"),
+        )),
+        Problems,
+    ),
+)]
+pub(super) async fn trajectory(
+    State(edge): State<Edge>,
+    JobPath(id): JobPath,
+    mut query: Parameters,
+) -> Result<Response, Problem> {
+    const HIGHEST_RATE_HZ: f64 = 10_000.0;
+    let format = query.choice(
+        "format",
+        &[
+            ("polynomial", Format::Polynomial),
+            ("samples", Format::Samples),
+            ("csv", Format::Csv),
+            ("joint_trajectory", Format::JointTrajectory),
+        ],
+    );
+    let rate_hz = query.value("rate_hz").unwrap_or(250.0);
+    if !(rate_hz > 0.0 && rate_hz <= HIGHEST_RATE_HZ) {
+        query.fault("rate_hz", format!("{rate_hz} is not above 0 and at most {HIGHEST_RATE_HZ}"));
+    }
+    let leg = query.text("leg");
+    let (format, leg) = query.finish((format.unwrap_or(Format::Polynomial), leg))?;
+    from_result(&edge, id, move |result| {
+        let parts = Parts::of(result, leg.as_deref())?;
+        write_trajectory(id, &parts, format, rate_hz)
+    })
+    .await
+}
+
+fn write_trajectory(
+    id: JobId,
+    parts: &Parts<'_>,
+    format: Format,
+    rate_hz: f64,
+) -> Result<Response, Problem> {
+    let samples = || {
+        let timeline = parts.timeline().ok_or_else(|| Problem::not_found("there are no legs"))?;
+        timeline.sample(rate_hz).map_err(|error| {
+            Problem::parameters(vec![ProblemFault::parameter("rate_hz", error.to_string())])
+        })
+    };
+    match format {
+        Format::Polynomial => parts.json(|part| Polynomials {
+            joint_names: part.joint_names.clone(),
+            joint_units: part.joint_units.clone(),
+            trajectory: part.trajectory.clone(),
+        }),
+        Format::Samples => json(&samples()?),
+        Format::JointTrajectory => json(&samples()?.to_joint_trajectory()),
+        Format::Csv => Ok(csv(&format!("takt-{id}.csv"), samples()?.to_csv())),
+    }
+}
+
+fn csv(file_name: &str, text: String) -> Response {
+    let mut response =
+        ([(header::CONTENT_TYPE, "text/csv; charset=utf-8; header=present")], text).into_response();
+    if let Ok(value) = HeaderValue::from_str(&format!("attachment; filename=\"{file_name}\"")) {
+        response.headers_mut().insert(header::CONTENT_DISPOSITION, value);
+    }
+    response
+}
+
+#[derive(Clone, Copy)]
+enum ConvergenceFormat {
+    Json,
+    Csv,
+    Svg,
+}
+
+/// Points of a convergence curve.
+#[derive(Serialize, ToSchema)]
+pub(super) struct Convergence {
+    /// How the best candidate improved.
+    convergence: Vec<crate::optimize::ConvergencePoint>,
+}
+
+/// Get how the search converged
+#[utoipa::path(
+    get, path = "/v1/jobs/{id}/convergence", tag = "results",
+    params(
+        ("id" = String, Path, format = "uuid", description = "The job's id"),
+        ("format" = Option<String>, Query, description = "`json` (default), `csv` or `svg`"),
+        ("leg" = Option<String>, Query, description = "One leg of a program; default all"),
+    ),
+    responses(
+        (status = 200, description = "The curve, per leg of a program", content(
+            (Views<Convergence> = "application/json"), (String = "text/csv"), (String = "image/svg+xml"),
+        )),
+        Problems,
+    ),
+)]
+pub(super) async fn convergence(
+    State(edge): State<Edge>,
+    JobPath(id): JobPath,
+    mut query: Parameters,
+) -> Result<Response, Problem> {
+    let formats = [
+        ("json", ConvergenceFormat::Json),
+        ("csv", ConvergenceFormat::Csv),
+        ("svg", ConvergenceFormat::Svg),
+    ];
+    let format = query.choice("format", &formats).unwrap_or(ConvergenceFormat::Json);
+    let leg = query.text("leg");
+    let (format, leg) = query.finish((format, leg))?;
+    from_result(&edge, id, move |result| {
+        let parts = Parts::of(result, leg.as_deref())?;
+        match format {
+            ConvergenceFormat::Json => {
+                parts.json(|part| Convergence { convergence: part.convergence.clone() })
+            }
+            ConvergenceFormat::Csv => {
+                let text = convergence_csv(&parts.sections);
+                Ok(csv(&format!("takt-{id}-convergence.csv"), text))
+            }
+            ConvergenceFormat::Svg => {
+                let curves: Vec<_> = parts.sections.iter().map(Curve::of).collect();
+                Ok(svg(picture::convergence(&curves)))
+            }
+        }
+    })
+    .await
+}
+
+fn convergence_csv(sections: &[Section<'_>]) -> String {
+    let mut text = String::from("leg,iteration,evaluations,elapsed_s,best,mean\r\n");
+    let number = |value: Option<f64>| value.map(|value| value.to_string()).unwrap_or_default();
+    for section in sections {
+        // RFC 4180: a quote within quotes is doubled.
+        let leg = section.name.unwrap_or_default().replace('"', "\"\"");
+        for point in &section.result.convergence {
+            let (best, mean) = (number(point.best), number(point.mean));
+            text.push_str(&format!(
+                "\"{leg}\",{},{},{},{best},{mean}\r\n",
+                point.iteration, point.evaluations, point.elapsed_s
+            ));
+        }
+    }
+    text
+}
+
+/// Draw the motion
+///
+/// All joints over time with their limits as lines.
+#[utoipa::path(
+    get, path = "/v1/jobs/{id}/plot.svg", tag = "results",
+    params(
+        ("id" = String, Path, format = "uuid", description = "The job's id"),
+        ("quantity" = Option<String>, Query,
+            description = "Of `position`, `velocity`, `acceleration` and `jerk`, with commas between; default all"),
+        ("leg" = Option<String>, Query, description = "One leg of a program; default all"),
+    ),
+    responses((status = 200, description = "The picture", body = String, content_type = "image/svg+xml"), Problems),
+)]
+pub(super) async fn plot(
+    State(edge): State<Edge>,
+    JobPath(id): JobPath,
+    mut query: Parameters,
+) -> Result<Response, Problem> {
+    let quantities = quantities(&mut query);
+    let leg = query.text("leg");
+    let leg = query.finish(leg)?;
+    from_result(&edge, id, move |result| {
+        let parts = Parts::of(result, leg.as_deref())?;
+        Ok(svg(picture::plot(&parts.sections, &quantities)))
+    })
+    .await
+}
+
+fn quantities(query: &mut Parameters) -> Vec<Quantity> {
+    let Some(text) = query.text("quantity") else { return Quantity::ALL.to_vec() };
+    let mut quantities = Vec::new();
+    for name in text.split(',') {
+        match name.trim().parse() {
+            Ok(quantity) if quantities.contains(&quantity) => {}
+            Ok(quantity) => quantities.push(quantity),
+            Err(error) => query.fault("quantity", format!("{error}")),
+        }
+    }
+    quantities
+}
+
+fn svg(text: String) -> Response {
+    ([(header::CONTENT_TYPE, "image/svg+xml")], text).into_response()
+}

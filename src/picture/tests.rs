@@ -1,0 +1,266 @@
+//! Pictures that are not XML, or leave out a joint, a unit or a limit, would
+//! pass unnoticed without these tests.
+
+use serde_json::json;
+
+use crate::optimize::ConvergencePoint;
+use crate::plan::{PlanResult, TrajectoryResult};
+use crate::trajectory::Quantity;
+
+use super::{Curve, Section, convergence, plot};
+
+/// A motion of `dof` joints in two quintic-like pieces, every second one
+/// prismatic, with values around `size` and pieces of `length` seconds.
+fn result(
+    dof: usize,
+    size: f64,
+    length: f64,
+    limit: impl Fn(usize) -> Option<f64>,
+) -> TrajectoryResult {
+    let names: Vec<String> = (0..dof).map(|j| format!("joint_{j}")).collect();
+    let units: Vec<&str> = (0..dof).map(|j| if j % 2 == 0 { "rad" } else { "m" }).collect();
+    let power = |k: i32| size / length.powi(k);
+    let pieces: Vec<Vec<Vec<f64>>> = [1.0, -1.0]
+        .iter()
+        .map(|sign| {
+            (0..dof)
+                .map(|j| {
+                    let share = sign * (j as f64 + 1.0) / dof as f64;
+                    vec![
+                        0.1 * size,
+                        0.0,
+                        0.0,
+                        10.0 * power(3) * share,
+                        -15.0 * power(4) * share,
+                        6.0 * power(5) * share,
+                    ]
+                })
+                .collect()
+        })
+        .collect();
+    let joints: Vec<_> = (0..dof)
+        .map(|j| {
+            let peak = json!({"peak": size, "at": 0.0, "limit": limit(j), "ratio": null, "provenance": null});
+            json!({"name": names[j], "velocity": peak, "acceleration": peak, "jerk": peak,
+                "position": {"min": 0.0, "min_at": 0.0, "max": 1.0, "max_at": 0.0,
+                    "lower": limit(j).map(|l| -l), "upper": limit(j), "provenance": null}})
+        })
+        .collect();
+    let mut result: TrajectoryResult = serde_json::from_value(json!({
+        "robot": "test & robot", "joint_names": names, "joint_units": units, "duration": 2.0 * length,
+        "durations": [length, length], "waypoint_times": [0.0, length, 2.0 * length], "waypoints": [],
+        "trajectory": {"breakpoints": [0.0, length, 2.0 * length], "pieces": []},
+        "certificate": {"lawful": true, "worst_ratio": 0.5, "continuity": 2, "starts_at_rest": true,
+            "ends_at_rest": true, "joints": joints, "violations": [], "waypoint_error": null,
+            "clearance": null, "sha256": ""},
+        "bound": null,
+        "metrics": {"initial_duration": 1.0, "saved": 0.0, "rms_jerk": [], "mean_utilisation": [],
+            "path_length": [], "binding": []},
+        "convergence": [], "interpolation": "quintic", "optimizer": "exact",
+        "stop_reason": "converged", "iterations": 1, "evaluations": 1, "planning_s": 0.0, "seed": 0,
+        "version": "0",
+    }))
+    .unwrap();
+    // Not by way of JSON, which has no infinity.
+    result.trajectory.pieces = pieces;
+    result
+}
+
+fn plot_all(result: &TrajectoryResult) -> String {
+    plot(&[Section { name: None, start: 0.0, result }], &Quantity::ALL)
+}
+
+/// Checks tags, attributes and entities, and that all numbers are numbers.
+fn assert_well_formed(svg: &str) {
+    let mut open: Vec<&str> = Vec::new();
+    for part in svg.split('<').skip(1) {
+        let (tag, text) = part.split_once('>').expect("every tag is closed");
+        let name = tag.trim_start_matches('/').split([' ', '/']).next().unwrap();
+        if tag.starts_with('/') {
+            assert_eq!(open.pop(), Some(name));
+        } else if !tag.ends_with('/') {
+            open.push(name);
+        }
+        assert_eq!(tag.matches('"').count() % 2, 0, "{tag}");
+        for value in tag.split('"').chain([text]) {
+            for entity in value.split('&').skip(1) {
+                let known = ["amp;", "lt;", "gt;", "quot;", "apos;"];
+                assert!(known.iter().any(|known| entity.starts_with(known)), "{entity}");
+            }
+            assert!(!value.contains("NaN") && value.trim() != "inf", "{value}");
+        }
+    }
+    assert!(open.is_empty() && svg.starts_with("<svg ") && svg.trim_end().ends_with("</svg>"));
+    assert!(!svg.chars().any(|c| c.is_control() && c != '\n'), "control character");
+}
+
+/// The number of dashed lines of limits: the legend has one more.
+fn dashed_lines(svg: &str) -> usize {
+    svg.matches("<polygon").count() - 1
+}
+
+#[test]
+fn shows_every_joint_unit_and_limit() {
+    let svg = plot_all(&result(3, 1.0, 1.0, |j| Some(1.5 + j as f64 / 10.0)));
+    assert_well_formed(&svg);
+    for text in [
+        "joint_0",
+        "joint_1",
+        "joint_2",
+        "position [rad]",
+        "position [m]",
+        "velocity [rad/s]",
+        "velocity [m/s]",
+        "acceleration [rad/s²]",
+        "jerk [m/s³]",
+        "time [s]",
+        "test &amp; robot: 2 s",
+        "lawful, largest peak 50.00 % of its limit",
+    ] {
+        assert!(svg.contains(text), "{text}");
+    }
+    // Two radian joints and one in metres, each with a lower and an upper
+    // limit of its own in each of four quantities.
+    assert_eq!(dashed_lines(&svg), 3 * 2 * 4);
+}
+
+#[test]
+fn draws_a_shared_limit_once_and_tells_of_distant_ones() {
+    let shared = plot_all(&result(5, 1.0, 1.0, |_| Some(2.0)));
+    assert_eq!(dashed_lines(&shared), 2 * 2 * 4);
+    let distant = plot_all(&result(2, 1.0, 1.0, |_| Some(1e5)));
+    assert!(distant.contains("limits beyond the axis: joint_0 \u{2212}1.00e5, joint_0 1.00e5"));
+    assert!(!distant.contains("<polygon"), "neither limits nor a legend for them");
+}
+
+#[test]
+fn draws_jumps_as_vertical_lines() {
+    let mut result = result(1, 1.0, 1.0, |_| None);
+    // Acceleration 2, then -2.
+    result.trajectory.pieces = vec![vec![vec![0.0, 0.0, 1.0]], vec![vec![1.0, 2.0, -1.0]]];
+    let section = Section { name: None, start: 0.0, result: &result };
+    let svg = plot(&[section], &[Quantity::Acceleration]);
+    let curve = svg.lines().find(|line| line.contains("#0072B2\" stroke-width=\"16\"")).unwrap();
+    let points = curve.split("points=\"").nth(1).unwrap().split('"').next().unwrap();
+    let points: Vec<Vec<f64>> = points
+        .split_whitespace()
+        .map(|point| point.split(',').map(|x| x.parse().unwrap()).collect())
+        .collect();
+    assert_eq!(points.len(), 4, "two straight pieces");
+    assert_eq!(points[1][0], points[2][0]);
+    assert!(points[2][1] > points[1][1] + 500.0, "falls");
+    assert_eq!((points[0][1], points[2][1]), (points[1][1], points[3][1]), "constant pieces");
+}
+
+#[test]
+fn survives_any_number_of_joints_and_any_size() {
+    for dof in [1, 2, 32] {
+        for size in [0.0, 1e-300, 1e-12, 1.0, 1e12, 1e300] {
+            for length in [1e-9, 1.0, 1e9] {
+                for limit in [None, Some(1e-9), Some(1.0), Some(1e300), Some(f64::INFINITY)] {
+                    let mut result = result(dof, size, length, |_| Some(1.0));
+                    for joint in &mut result.certificate.joints {
+                        joint.velocity.limit = limit;
+                        joint.position.upper = limit;
+                    }
+                    let svg = plot_all(&result);
+                    assert_well_formed(&svg);
+                    assert_eq!(svg.matches(">\njoint_").count(), dof, "legend");
+                }
+            }
+        }
+    }
+    assert_well_formed(&plot(&[], &Quantity::ALL));
+    assert_well_formed(&plot_all(&result(0, 1.0, 1.0, |_| None)));
+    assert_well_formed(&plot(&[], &[]));
+}
+
+#[test]
+fn names_are_escaped() {
+    let mut result = result(1, 1.0, 1.0, |_| None);
+    result.joint_names = vec!["a<b>&\"\u{1}\u{7}".into()];
+    let svg = plot_all(&result);
+    assert_well_formed(&svg);
+    assert!(svg.contains("a&lt;b&gt;&amp;&quot;  "));
+}
+
+#[test]
+fn sections_follow_each_other_by_name() {
+    let leg = result(2, 1.0, 1.0, |_| Some(2.0));
+    let program: PlanResult = serde_json::from_value(json!({
+        "joint_names": leg.joint_names, "duration": 4.0, "lawful": true, "worst_ratio": 0.5,
+        "legs": [{"name": "AB", "start": 0.0, "result": leg}, {"name": "BC", "start": 2.0, "result": leg}],
+        "evaluations": 2, "planning_s": 0.0, "seed": 0, "version": "0",
+    }))
+    .unwrap();
+    let svg = plot(&Section::all(&program), &Quantity::ALL);
+    assert_well_formed(&svg);
+    assert!(svg.contains(">\nAB\n") && svg.contains(">\nBC\n"));
+    assert!(svg.contains("2 sections, 4 s"));
+    assert!(convergence(&Curve::all(&program)).contains("BC (exact, quintic)"));
+    let section = Section::leg(&program, "BC").unwrap();
+    assert!(plot(&[section], &[Quantity::Position]).contains("test &amp; robot, BC: 2 s"));
+    assert!(Section::leg(&program, "XY").is_none());
+}
+
+#[test]
+fn convergence_shows_best_mean_and_reference() {
+    let point = |k: u64, best: f64, mean: f64| ConvergencePoint {
+        iteration: k,
+        evaluations: 50 * k,
+        elapsed_s: 0.0,
+        best: Some(best),
+        mean: Some(mean),
+    };
+    let points = [point(1, 9.0, 15.0), point(2, 8.0, 11.0), point(3, 7.5, 8.5)];
+    let curve = |name: &str| Curve {
+        name: name.into(),
+        points: &points,
+        reference: Some(("optimum", 7.0255)),
+    };
+    let svg = convergence(&[curve("AB")]);
+    assert_well_formed(&svg);
+    for text in [
+        "AB",
+        "mean of the candidates",
+        "optimum 7.026 s",
+        "duration [s]",
+        "evaluations",
+        "best 7.5 s after 150 evaluations",
+    ] {
+        assert!(svg.contains(text), "{text}");
+    }
+    assert_eq!(svg.matches("<polygon").count(), 2, "the optimum and its legend");
+    let two = convergence(&[curve("AB"), curve("BC")]);
+    assert!(two.contains("best together 15 s after 300 evaluations"));
+    assert_eq!(two.matches("<circle").count(), 2);
+}
+
+#[test]
+fn convergence_survives_any_values() {
+    let values = [
+        None,
+        Some(0.0),
+        Some(-1.0),
+        Some(1e-300),
+        Some(1e300),
+        Some(f64::NAN),
+        Some(f64::INFINITY),
+    ];
+    for best in values {
+        for mean in values {
+            for count in [0, 1, 3] {
+                let point =
+                    ConvergencePoint { iteration: 0, evaluations: 0, elapsed_s: 0.0, best, mean };
+                let points = vec![point; count];
+                let curve = Curve {
+                    name: "x".into(),
+                    points: &points,
+                    reference: best.map(|b| ("optimum", b)),
+                };
+                assert_well_formed(&convergence(&[curve.clone(), curve]));
+            }
+        }
+    }
+    assert_well_formed(&convergence(&[]));
+}

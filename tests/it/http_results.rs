@@ -1,0 +1,144 @@
+//! The REST edge: what an ended job produced, in every form.
+
+use serde_json::{Value, json};
+
+use crate::support::*;
+
+#[tokio::test]
+async fn metrics_and_certificates_come_per_leg_of_a_program() {
+    let server = Server::start().await;
+    let single = server.succeeded(&quick_job()).await;
+    let program = server.succeeded(&program_job()).await;
+    let result = server.json(&format!("{single}/result")).await;
+    let cycle = server.json(&format!("{program}/result")).await;
+    for view in ["metrics", "certificate"] {
+        assert_eq!(server.json(&format!("{single}/{view}")).await, result[view]);
+        let all = server.json(&format!("{program}/{view}")).await;
+        let legs = all["legs"].as_array().unwrap();
+        let names: Vec<_> = legs.iter().map(|leg| leg["leg"].as_str().unwrap()).collect();
+        assert_eq!(names, ["AB", "BC"]);
+        let leg = server.json(&format!("{program}/{view}?leg=BC")).await;
+        assert_eq!(leg, cycle["legs"][1]["result"][view]);
+        for (address, leg) in [(&program, "XY"), (&single, "AB")] {
+            let refused = server.get(&format!("{address}/{view}?leg={leg}")).await;
+            let refused = problem(refused, 404, "not_found").await;
+            assert!(refused["detail"].as_str().unwrap().contains(leg), "{refused}");
+        }
+    }
+}
+
+#[tokio::test]
+async fn trajectories_come_as_polynomials_samples_csv_and_ros_messages() {
+    let server = Server::start().await;
+    let job = server.succeeded(&quick_job()).await;
+    let result = server.json(&format!("{job}/result")).await;
+    let duration = result["duration"].as_f64().unwrap();
+    let polynomial = server.json(&format!("{job}/trajectory")).await;
+    assert_eq!(polynomial["joint_names"], json!(["turn", "slide"]));
+    assert_eq!(polynomial["joint_units"], json!(["rad", "m"]));
+    assert_eq!(polynomial["breakpoints"], result["trajectory"]["breakpoints"]);
+    assert_eq!(polynomial["pieces"], result["trajectory"]["pieces"]);
+
+    let samples = server.json(&format!("{job}/trajectory?format=samples")).await;
+    assert_eq!(samples["rate_hz"], 250.0);
+    let times = samples["time"].as_array().unwrap();
+    assert_eq!(times.len(), (duration * 250.0).ceil() as usize + 1);
+    assert_eq!(times.last().unwrap().as_f64(), Some(duration));
+    assert_eq!(samples["position"][0], json!([0.0, 0.0]));
+
+    let csv = server.get(&format!("{job}/trajectory?format=csv&rate_hz=10")).await;
+    assert!(header(&csv, "content-type").starts_with("text/csv"));
+    assert!(header(&csv, "content-disposition").starts_with("attachment; filename=\"takt-"));
+    let csv = csv.text().await.unwrap();
+    assert_eq!(csv.lines().count(), (duration * 10.0).ceil() as usize + 2);
+    assert!(csv.starts_with("t [s],turn position [rad],slide position [m]"), "{csv}");
+
+    let ros = server.json(&format!("{job}/trajectory?format=joint_trajectory&rate_hz=10")).await;
+    assert_eq!(ros["joint_names"], json!(["turn", "slide"]));
+    let points = ros["points"].as_array().unwrap();
+    assert_eq!(points.len(), (duration * 10.0).ceil() as usize + 1);
+    assert!(points[1]["time_from_start"]["nanosec"].is_u64(), "{}", points[1]);
+}
+
+#[tokio::test]
+async fn samples_run_through_all_legs_unless_one_is_named() {
+    let server = Server::start().await;
+    let job = server.succeeded(&program_job()).await;
+    let result = server.json(&format!("{job}/result")).await;
+    let cycle = result["duration"].as_f64().unwrap();
+    let legs = server.json(&format!("{job}/trajectory")).await;
+    assert_eq!(legs["legs"][0]["leg"], "AB");
+    assert_eq!(legs["legs"][1]["start"], result["legs"][1]["start"]);
+    assert_eq!(legs["legs"][1]["pieces"], result["legs"][1]["result"]["trajectory"]["pieces"]);
+    let end = |samples: &Value| samples["time"].as_array().unwrap().last().unwrap().as_f64();
+    let all = server.json(&format!("{job}/trajectory?format=samples")).await;
+    assert!((end(&all).unwrap() - cycle).abs() < 1e-12);
+    let one = server.json(&format!("{job}/trajectory?format=samples&leg=BC")).await;
+    assert_eq!(end(&one), result["legs"][1]["result"]["duration"].as_f64());
+}
+
+#[tokio::test]
+async fn convergence_and_motion_are_drawn() {
+    let server = Server::start().await;
+    let mut job = program_job();
+    let optimizer = json!({"name": "pso", "iterations": 20});
+    job["task"]["legs"][0]["task"]["optimizer"] = optimizer;
+    let job = server.succeeded(&job).await;
+    let curves = server.json(&format!("{job}/convergence")).await;
+    let points = curves["legs"][0]["convergence"].as_array().unwrap();
+    assert!(points.len() >= 2);
+    let csv = server.get(&format!("{job}/convergence?format=csv")).await.text().await.unwrap();
+    assert!(csv.starts_with("leg,iteration,evaluations,elapsed_s,best,mean\r\n\"AB\",0,"), "{csv}");
+    let one = server.json(&format!("{job}/convergence?leg=AB")).await;
+    assert_eq!(one["convergence"], curves["legs"][0]["convergence"]);
+    for path in [
+        "convergence?format=svg",
+        "plot.svg",
+        "plot.svg?quantity=position,velocity",
+        "plot.svg?quantity=jerk&leg=BC",
+    ] {
+        let picture = server.get(&format!("{job}/{path}")).await;
+        assert_eq!(header(&picture, "content-type"), "image/svg+xml", "{path}");
+        let picture = picture.text().await.unwrap();
+        assert!(picture.trim_end().ends_with("</svg>"), "{path}");
+    }
+}
+
+#[tokio::test]
+async fn what_is_left_of_a_cancelled_plan_is_served_on_demand() {
+    let server = Server::start().await;
+    let job = server.submit(&endless_job()).await;
+    server.runs(&job).await;
+    let cancel = server.request(reqwest::Method::POST, &format!("{job}/cancel"));
+    assert_eq!(cancel.send().await.unwrap().status(), 200);
+    server.ended(&job).await;
+    problem(server.get(&format!("{job}/result")).await, 409, "no_result").await;
+    let partial = server.get(&format!("{job}/result?partial=true")).await;
+    // Whether there is anything depends on how far the search had come.
+    assert!([200, 409].contains(&partial.status().as_u16()));
+}
+
+#[tokio::test]
+async fn a_delivered_trajectory_is_certified_again_and_a_hasty_one_is_not() {
+    let server = Server::start().await;
+    let job = server.succeeded(&quick_job()).await;
+    let result = server.json(&format!("{job}/result")).await;
+    let verify = |trajectory: Value| {
+        let request = json!({"robot": robot("pair"), "trajectory": trajectory});
+        let server = &server;
+        async move { server.post("/v1/verify", &request).await }
+    };
+    let response = verify(result["trajectory"].clone()).await;
+    assert_eq!(response.status(), 200);
+    let certificate: Value = response.json().await.unwrap();
+    assert_eq!(certificate["lawful"], true);
+    assert_eq!(certificate["sha256"], result["certificate"]["sha256"]);
+
+    // One radian in half a second, at 2 rad/s where 1 is allowed.
+    let hasty = json!({"breakpoints": [0, 0.5], "pieces": [[[0, 2], [0]]]});
+    let certificate: Value = verify(hasty).await.json().await.unwrap();
+    assert_eq!(certificate["lawful"], false);
+    let violation = &certificate["violations"][0];
+    assert_eq!((&violation["joint"], &violation["limit"]), (&json!("turn"), &json!("velocity")));
+    assert_eq!((&violation["value"], &violation["limit_value"]), (&json!(2.0), &json!(1.0)));
+}
