@@ -84,11 +84,11 @@ pub(super) fn scenarios(options: ScenarioOptions) -> Result<(), Failure> {
     let Some(name) = options.name else {
         let mut table = Table::new(["name", "title"]);
         for scenario in scenarios::all() {
-            table.row([scenario.name.to_owned(), scenario.title.to_owned()]);
+            table.row([scenario.name.clone(), scenario.title.clone()]);
         }
         return output::print(&table.text());
     };
-    let names = || scenarios::all().iter().map(|scenario| scenario.name);
+    let names = || scenarios::all().iter().map(|scenario| scenario.name.as_str());
     let scenario = scenarios::get(&name);
     let scenario =
         scenario.ok_or_else(|| input::unknown("there is no scenario", &name, names()))?;

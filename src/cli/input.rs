@@ -32,7 +32,7 @@ pub(super) fn request(source: &str) -> Result<Input, Failure> {
     if looks_like_a_file {
         return Err(Failure::input(format!("there is no file `{source}`")));
     }
-    let names = scenarios::all().iter().map(|scenario| scenario.name);
+    let names = scenarios::all().iter().map(|scenario| scenario.name.as_str());
     Err(unknown("there is no file and no scenario", source, names))
 }
 
