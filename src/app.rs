@@ -16,6 +16,7 @@ use tokio::task::JoinHandle;
 pub use logging::start_log;
 
 use crate::config::Config;
+use crate::grpc;
 use crate::http::{self, HttpSettings};
 use crate::job::{JobSettings, Jobs, JobsError, Metrics};
 use crate::service::{PlanningRunner, Service};
@@ -33,6 +34,9 @@ pub enum AppError {
     /// The metrics could not be set up.
     #[error("cannot set up the metrics")]
     Metrics(#[from] prometheus::Error),
+    /// The gRPC edge could not be set up.
+    #[error("cannot set up gRPC")]
+    Grpc(#[from] tonic_reflection::server::Error),
     /// The listener or a connection failed.
     #[error("cannot serve")]
     Serve(#[from] std::io::Error),
@@ -78,7 +82,7 @@ impl Running {
     pub async fn start(config: &Config, listener: TcpListener) -> Result<Self, AppError> {
         let service = open(config).await?;
         let settings = HttpSettings { max_body_bytes: config.max_body_bytes };
-        let router = router(service.clone(), settings);
+        let router = router(service.clone(), settings)?;
         let address = listener.local_addr()?;
         // Small answers must not wait for the client's acknowledgements.
         let listener = listener.tap_io(|connection| {
@@ -153,8 +157,11 @@ async fn open(config: &Config) -> Result<Service, AppError> {
     Ok(Service::new(jobs, Arc::new(robots::StoredRobots(store)), metrics))
 }
 
-fn router(service: Service, settings: HttpSettings) -> Router {
-    http::routes(service, settings)
+/// Both edges on one port.
+fn router(service: Service, settings: HttpSettings) -> Result<Router, AppError> {
+    let grpc = grpc::routes(service.clone(), settings.max_body_bytes)?;
+    let unknown_methods = axum::middleware::from_fn(grpc::answer_unknown_methods);
+    Ok(http::routes(service, settings).merge(grpc).layer(unknown_methods))
 }
 
 /// Deletes what ended more than `days` ago, every hour.

@@ -52,9 +52,9 @@ pub(super) fn panicked(panic: Box<dyn Any + Send>) -> Response {
     into_response(ServiceError::internal(cause).into())
 }
 
-/// A gRPC call that no route takes is answered as gRPC asks (`UNIMPLEMENTED`)
-/// and not with HTTP's 404.
-pub(super) async fn answer_unknown(request: Request, next: Next) -> Response {
+/// Middleware for the merged router: a gRPC call that no route takes is
+/// answered as gRPC asks (`UNIMPLEMENTED`) and not with HTTP's 404.
+pub async fn answer_unknown_methods(request: Request, next: Next) -> Response {
     if request.extensions().get::<MatchedPath>().is_some() {
         return next.run(request).await;
     }

@@ -26,31 +26,23 @@ use health::Readiness;
 use planning::Planning;
 use robots::Robots;
 
+pub use calls::answer_unknown_methods;
 pub use chunks::join;
 pub use status::ERROR_DOMAIN;
 
 type PlanningServer = proto::planning_service_server::PlanningServiceServer<Planning>;
 type RobotsServer = proto::robot_service_server::RobotServiceServer<Robots>;
 
-/// `rest` with gRPC beside it on the same port: planning, robots, health and
-/// reflection, for gRPC and gRPC-web.
+/// The gRPC services, to be merged with the other edge's routes: planning,
+/// robots, health and reflection, for gRPC and gRPC-web.
 ///
-/// A message may have up to `max_message_bytes`, decompressed. What no route
-/// takes is left to the fallback of `rest`, unless it is a gRPC call.
+/// A message may have up to `max_message_bytes`. The routes have no fallback of
+/// their own; [`answer_unknown_methods`] belongs around the merged router.
 ///
 /// # Errors
 ///
 /// If the descriptors that reflection serves cannot be read.
-pub fn beside(
-    rest: Router,
-    service: Service,
-    max_message_bytes: usize,
-) -> Result<Router, ReflectionError> {
-    let grpc = routes(service, max_message_bytes)?;
-    Ok(rest.merge(grpc).layer(from_fn(calls::answer_unknown)))
-}
-
-fn routes(service: Service, max_message_bytes: usize) -> Result<Router, ReflectionError> {
+pub fn routes(service: Service, max_message_bytes: usize) -> Result<Router, ReflectionError> {
     let planning = PlanningServer::new(Planning(service.clone()))
         .max_decoding_message_size(max_message_bytes)
         .accept_compressed(Gzip)

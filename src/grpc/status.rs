@@ -77,7 +77,9 @@ fn violations(faults: &[Fault]) -> Vec<FieldViolation> {
 
 /// The beginning of `text` that there is room for.
 fn shortened(text: &str) -> &str {
-    &text[..text.floor_char_boundary(TEXT_BYTES)]
+    let fits = |&end: &usize| end <= TEXT_BYTES;
+    let ends = text.char_indices().map(|(start, char)| start + char.len_utf8());
+    &text[..ends.take_while(fits).last().unwrap_or(0)]
 }
 
 #[cfg(test)]

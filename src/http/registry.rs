@@ -10,8 +10,8 @@ use super::Edge;
 use super::input::{JsonBody, NamePath, NoParameters};
 use super::problem::{Problem, Problems};
 use crate::optimize::OptimizerInfo;
-use crate::service::plan::scenarios::Scenario;
-use crate::service::plan::verify::VerifyRequest;
+use crate::plan::scenarios::Scenario;
+use crate::plan::verify::VerifyRequest;
 use crate::trajectory::Certificate;
 use crate::trajectory::interpolation::InterpolationInfo;
 
@@ -97,7 +97,7 @@ pub(super) async fn scenario_request(
 fn find(edge: &Edge, name: &str) -> Result<&'static Scenario, Problem> {
     let scenarios = edge.service.scenarios();
     scenarios.iter().find(|scenario| scenario.name == name).ok_or_else(|| {
-        let known: Vec<_> = scenarios.iter().map(|scenario| scenario.name).collect();
+        let known: Vec<_> = scenarios.iter().map(|scenario| scenario.name.as_str()).collect();
         Problem::not_found(format!(
             "there is no scenario `{name}`; there are: {}",
             known.join(", ")

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::{Bounds, Candidate, Objective};
+use super::{Bounds, Candidate, Objective, Ratios};
 use crate::budget::{Budget, StopReason};
 
 /// Work below this is not worth waking another thread, ns.
@@ -69,7 +69,7 @@ impl<'a> Evaluator<'a> {
     }
 
     /// [`Candidate::homogeneous`], counted as one evaluation.
-    pub fn homogeneous(&mut self, position: &[f64], ratios: &mut Vec<f64>) -> f64 {
+    pub fn homogeneous(&mut self, position: &[f64], ratios: &mut Ratios) -> f64 {
         self.evaluations += 1;
         self.candidates[0].homogeneous(position, ratios)
     }

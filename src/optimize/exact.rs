@@ -15,7 +15,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::registry::{OptimizerEntry, Parameter, ParameterKind, Settings, real};
-use super::{Evaluator, Objective, Optimizer, Step};
+use super::{Evaluator, Objective, Optimizer, Ratios, Step};
 use crate::math::random::RandomStream;
 
 /// Its registry entry.
@@ -33,10 +33,10 @@ pub const ENTRY: OptimizerEntry = OptimizerEntry {
 const PARAMETERS: &[Parameter] = &[
     Parameter {
         name: "iterations",
-        description: "starting points searched from, at most",
+        description: "starting points searched from",
         kind: ParameterKind::Integer,
         default: Some(8.0),
-        min: 0.0,
+        min: 1.0,
         max: 1000.0,
     },
     real("tolerance", "relative accuracy of the duration", 1e-7, 1e-12, 1e-2),
@@ -52,8 +52,17 @@ const DIFFERENCE: f64 = 1e-6;
 /// Largest Newton step in any component of `y`.
 const LONGEST_STEP: f64 = 0.5;
 
-/// `b`, coarse to fine: at the end the stand-in is within `ln(m) / b` of `F`.
-const SHARPNESS: [f64; 6] = [30.0, 200.0, 2e3, 2e4, 2e5, 2e6];
+/// `b` of every search, coarse to fine: the stand-in is within `ln(m) / b` of `F`.
+const COARSE: [f64; 3] = [30.0, 200.0, 2e3];
+
+/// `b` where a search came near the best.
+const FINE: [f64; 3] = [2e4, 2e5, 2e6];
+
+/// Coarse values this near the best may turn out best, relative.
+const NEAR: f64 = 3e-3;
+
+/// Coarse results nearer than this in `y` are the same valley.
+const SAME: f64 = 2e-2;
 
 /// Random directions looked at before the search starts.
 const SAMPLES: usize = 96;
@@ -62,9 +71,10 @@ struct Exact {
     objective_starts: Vec<Vec<f64>>,
     searches: usize,
     tolerance: f64,
-    /// Starts in `y`, best first; filled by the first step.
+    /// Starts in `y`, the best last; filled by the first step.
     starts: Vec<DVector<f64>>,
-    next: usize,
+    /// Coarse results: `ln F` and `y`.
+    valleys: Vec<(f64, DVector<f64>)>,
     memory: Memory,
 }
 
@@ -72,14 +82,14 @@ struct Exact {
 #[derive(Default)]
 struct Memory {
     position: Vec<f64>,
-    ratios: Vec<f64>,
+    ratios: Ratios,
 }
 
 /// The constraints near the largest one at some `y`.
 struct Sample {
-    /// Index and `ln r_k`.
-    near: Vec<(usize, f64)>,
-    /// The largest `ln r_k`.
+    /// Degree less one, index and `ln r_k / d_k`.
+    near: Vec<(usize, usize, f64)>,
+    /// The largest `ln r_k / d_k`.
     largest: f64,
     /// `ln sum(x)`.
     log_sum: f64,
@@ -94,7 +104,7 @@ impl Exact {
             searches: settings.integer("iterations").max(1) as usize,
             tolerance: settings.get("tolerance"),
             starts: Vec::new(),
-            next: 0,
+            valleys: Vec::new(),
             memory: Memory::default(),
         }
     }
@@ -122,20 +132,36 @@ impl Exact {
         }
         ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
         self.starts = ranked.into_iter().map(|(_, y)| y).take(self.searches).collect();
+        self.starts.reverse();
     }
 }
 
 impl Optimizer for Exact {
+    /// Every step searches coarsely from one start; the last one goes on from
+    /// the best valleys.
     fn step(&mut self, evaluator: &mut Evaluator<'_>) -> Step {
-        if self.starts.is_empty() {
+        if self.starts.is_empty() && self.valleys.is_empty() {
             self.choose_starts(evaluator);
         }
-        let mut y = self.starts[self.next].clone();
-        for sharpness in SHARPNESS {
-            y = self.memory.descend(evaluator, y, sharpness, self.tolerance);
+        if let Some(mut y) = self.starts.pop() {
+            for sharpness in COARSE {
+                y = self.memory.descend(evaluator, y, sharpness, self.tolerance);
+            }
+            let value = self.memory.sample(evaluator, &y, 0.0).value();
+            let known = self.valleys.iter().any(|(_, valley)| (valley - &y).amax() < SAME);
+            if !known {
+                self.valleys.push((value, y));
+            }
+            return Step { mean: None, converged: false };
         }
-        self.next += 1;
-        Step { mean: None, converged: self.next == self.starts.len() }
+        let best = self.valleys.iter().map(|(value, _)| *value).fold(f64::INFINITY, f64::min);
+        for (_, y) in self.valleys.iter().filter(|(value, _)| *value <= best + NEAR) {
+            let mut y = y.clone();
+            for sharpness in FINE {
+                y = self.memory.descend(evaluator, y, sharpness, self.tolerance);
+            }
+        }
+        Step { mean: None, converged: true }
     }
 }
 
@@ -146,16 +172,22 @@ impl Memory {
         self.position.clear();
         self.position.extend(y.iter().map(|y| libm::exp(*y)));
         let violation = evaluator.homogeneous(&self.position, &mut self.ratios);
-        let largest = self.ratios.iter().copied().fold(0.0, f64::max);
+        let root = [|r: f64| r, f64::sqrt, libm::cbrt];
+        let worst = |list: &Vec<f64>| list.iter().copied().fold(0.0, f64::max);
+        let roots = self.ratios.iter().zip(root).map(|(list, root)| root(worst(list)));
+        let largest = roots.fold(0.0, f64::max);
         let sum: f64 = self.position.iter().sum();
-        let threshold = largest * libm::exp(-window);
-        let near = self.ratios.iter().enumerate().filter(|(_, ratio)| **ratio >= threshold);
-        let sample = Sample {
-            near: near.map(|(index, ratio)| (index, libm::log(*ratio))).collect(),
-            largest: libm::log(largest),
-            log_sum: libm::log(sum),
-            violation,
-        };
+        let mut near = Vec::new();
+        let mut threshold = 1.0;
+        for (degree, list) in self.ratios.iter().enumerate() {
+            // Logarithms are taken of what can matter only.
+            threshold *= largest * libm::exp(-window);
+            let order = (degree + 1) as f64;
+            let above = list.iter().enumerate().filter(|(_, ratio)| **ratio >= threshold);
+            near.extend(above.map(|(index, ratio)| (degree, index, libm::log(*ratio) / order)));
+        }
+        let sample =
+            Sample { near, largest: libm::log(largest), log_sum: libm::log(sum), violation };
         if violation <= 0.0 {
             for x in &mut self.position {
                 *x *= largest;
@@ -222,13 +254,17 @@ impl Memory {
         let mut gradient = share.clone();
         let mut shifted = y.clone();
         for i in 0..n {
+            if evaluator.stop_reason().is_some() {
+                break;
+            }
             shifted[i] += DIFFERENCE;
             // Only the raw ratios at the same indices are needed here.
             self.position.clear();
             self.position.extend(shifted.iter().map(|y| libm::exp(*y)));
             let violation = evaluator.homogeneous(&self.position, &mut self.ratios);
-            for (row, &(index, log)) in here.near.iter().enumerate() {
-                slopes[(row, i)] = (libm::log(self.ratios[index]) - log) / DIFFERENCE;
+            for (row, &(degree, index, log)) in here.near.iter().enumerate() {
+                let shifted = libm::log(self.ratios[degree][index]) / (degree + 1) as f64;
+                slopes[(row, i)] = (shifted - log) / DIFFERENCE;
             }
             if here.violation > 0.0 {
                 gradient[i] += VIOLATION_WEIGHT * (violation - here.violation) / DIFFERENCE;
@@ -255,13 +291,14 @@ impl Sample {
     /// The smooth stand-in of [`value`](Self::value).
     fn smooth(&self, sharpness: f64) -> f64 {
         let excess = |log: f64| libm::exp(sharpness * (log - self.largest));
-        let sum: f64 = self.near.iter().map(|&(_, log)| excess(log)).sum();
+        let sum: f64 = self.near.iter().map(|&(_, _, log)| excess(log)).sum();
         self.value() + libm::log(sum) / sharpness
     }
 
     /// How much each near constraint counts; sums to 1.
     fn weights(&self, sharpness: f64) -> DVector<f64> {
-        let excess = |&(_, log): &(usize, f64)| libm::exp(sharpness * (log - self.largest));
+        let excess =
+            |&(_, _, log): &(usize, usize, f64)| libm::exp(sharpness * (log - self.largest));
         let weights = DVector::from_iterator(self.near.len(), self.near.iter().map(excess));
         let sum = weights.sum();
         weights / sum

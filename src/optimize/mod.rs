@@ -48,16 +48,20 @@ pub trait Candidate: Send {
     /// Moves a candidate that breaks a constraint to one nearby that does not.
     fn repair(&mut self, _position: &mut [f64]) {}
 
-    /// For problems `minimise sum(x) subject to r_k(x) <= 1` whose positive
-    /// constraint functions obey `r_k(s x) = r_k(x) / s`: writes all `r_k`.
+    /// For problems `minimise sum(x) subject to r_k(x) <= 1` whose nonnegative
+    /// constraint functions obey a scaling law: writes all of them.
     ///
     /// Returns a measure of what no scaling can mend, positive if broken.
     /// Only called where [`Objective::is_homogeneous`].
-    fn homogeneous(&mut self, _position: &[f64], ratios: &mut Vec<f64>) -> f64 {
-        ratios.clear();
+    fn homogeneous(&mut self, _position: &[f64], ratios: &mut Ratios) -> f64 {
+        ratios.iter_mut().for_each(Vec::clear);
         f64::INFINITY
     }
 }
+
+/// Constraint functions by degree: those in list `d - 1` obey
+/// `r(s x) = r(x) / s^d`.
+pub type Ratios = [Vec<f64>; 3];
 
 /// A box.
 #[derive(Clone, Debug, PartialEq)]

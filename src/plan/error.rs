@@ -32,6 +32,12 @@ impl PlanCode {
     }
 }
 
+impl std::fmt::Display for PlanCode {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.as_str())
+    }
+}
+
 /// Planning that ended without a valid plan.
 #[derive(Clone, Debug, thiserror::Error)]
 #[error("{message}")]

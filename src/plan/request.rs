@@ -96,7 +96,26 @@ pub struct Leg {
     /// Name, unique within the program.
     pub name: String,
     /// What to plan; not a program again.
+    #[serde(serialize_with = "LegTask::serialize_waypoints")]
+    #[schema(value_type = LegTask)]
     pub task: WaypointsTask,
+}
+
+/// A leg's task as JSON: it names its type, as every task does.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[serde(tag = "type", rename_all = "snake_case")]
+pub enum LegTask {
+    /// Pass through joint waypoints in the least time.
+    Waypoints(WaypointsTask),
+}
+
+impl LegTask {
+    fn serialize_waypoints<S: serde::Serializer>(
+        task: &WaypointsTask,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        Self::Waypoints(task.clone()).serialize(serializer)
+    }
 }
 
 /// How segment durations are shared between joints.

@@ -66,6 +66,9 @@ struct Timed {
     per_joint: Option<Vec<JointOptimum>>,
 }
 
+/// Segment durations, how they were found, and each joint's own.
+type Found = (Vec<f64>, Solution, Option<Vec<JointOptimum>>);
+
 impl Run<'_> {
     /// How many derivatives the optimizer minds.
     fn orders(&self) -> usize {
@@ -147,7 +150,7 @@ impl Run<'_> {
         &self,
         kernel: &'static dyn Kernel,
         shared: &TimingProblem,
-    ) -> Result<(Vec<f64>, Solution, Option<Vec<JointOptimum>>), PlanError> {
+    ) -> Result<Found, PlanError> {
         let waypoints = &self.task.waypoints;
         let mut durations = vec![0.0f64; waypoints.len() - 1];
         let mut optima = Vec::new();
@@ -381,7 +384,10 @@ fn required_scale(trajectory: &Trajectory, limits: &[JointBounds], orders: usize
         let peaks = [&joint.velocity, &joint.acceleration, &joint.jerk];
         let roots: [fn(f64) -> f64; 3] = [|ratio| ratio, f64::sqrt, libm::cbrt];
         for (peak, root) in peaks.iter().zip(roots).take(orders) {
-            scale = scale.max(root(peak.ratio.unwrap_or(0.0)));
+            let ratio = peak.ratio.unwrap_or(0.0);
+            // The root of a ratio just above 1 may round to 1.
+            let needed = root(ratio).max(if ratio > 1.0 { 1.0 + f64::EPSILON } else { 0.0 });
+            scale = scale.max(needed);
         }
     }
     scale

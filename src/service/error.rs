@@ -104,6 +104,8 @@ impl ServiceError {
 
 impl From<Faults> for ServiceError {
     fn from(faults: Faults) -> Self {
+        // Those who found them may not have cut the list.
+        let faults = faults.into_result(()).err().unwrap_or_default();
         Self { code: ErrorCode::Invalid, message: faults.to_string(), faults: faults.0 }
     }
 }

@@ -71,7 +71,8 @@ impl JobRequest {
         }
     }
 
-    /// Reads a request: the structure of the plan and everything about the job.
+    /// Reads a request; the structure only,
+    /// [`create_job`](super::Service::create_job) checks its meaning.
     ///
     /// # Errors
     ///
@@ -90,6 +91,8 @@ impl JobRequest {
         let plan = PlanRequest::parse(Value::Object(plan))
             .map_err(|plan_faults| faults.add_below("", plan_faults));
         let (Some(settings), Ok(plan)) = (settings, plan) else { return Err(faults) };
+        // Ranges are looked at together with the plan's meaning, so that all
+        // faults come at once; here only what a `u8` cannot hold.
         let job = Self {
             priority: priority(settings.priority, &mut faults),
             deadline_s: settings.deadline_s,
@@ -97,7 +100,6 @@ impl JobRequest {
             labels: settings.labels,
             plan,
         };
-        job.check(&mut faults);
         faults.into_result(job)
     }
 
@@ -178,9 +180,17 @@ mod tests {
 
     #[test]
     fn settings_have_ranges() {
+        let plan = json!({"robot": "r", "task": {"type": "waypoints", "waypoints": []}});
+        let mut job = JobRequest::parse(plan.clone()).unwrap();
         let long = "x".repeat(65);
-        let found = pointers(json!({"robot": "r", "task": {"type": "waypoints", "waypoints": []},
-            "priority": 101, "deadline_s": -1, "labels": {"": "a", (&long): "b"}}));
+        (job.priority, job.deadline_s) = (101, Some(-1.0));
+        job.labels = [String::new(), long.clone()].map(|key| (key, "v".to_owned())).into();
+        let mut faults = Faults::default();
+        job.check(&mut faults);
+        let found: Vec<_> = faults.0.into_iter().map(|fault| fault.pointer).collect();
         assert_eq!(found, ["/priority", "/deadline_s", "/labels/", &format!("/labels/{long}")]);
+        let mut beyond = plan;
+        beyond["priority"] = json!(300);
+        assert_eq!(pointers(beyond), ["/priority"]);
     }
 }

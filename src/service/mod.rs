@@ -5,7 +5,6 @@
 
 mod error;
 mod job_request;
-pub mod plan_stub;
 mod robots;
 mod runner;
 
@@ -18,7 +17,6 @@ use sha2::{Digest, Sha256};
 
 pub use error::{ErrorCode, ServiceError};
 pub use job_request::JobRequest;
-pub use plan_stub as plan;
 pub use robots::{
     ForwardKinematics, ForwardKinematicsRequest, RobotOrigin, RobotPut, RobotStore, RobotSummary,
 };
@@ -29,11 +27,11 @@ use crate::job::{
     Jobs, JobsError, Metrics, NewJob, Submitted,
 };
 use crate::optimize::{OPTIMIZERS, OptimizerEntry, OptimizerInfo};
-use crate::plan::{PlanResult, RobotRef};
+use crate::plan::scenarios::Scenario;
+use crate::plan::verify::VerifyRequest;
+use crate::plan::{self, PlanResult, RobotRef};
 use crate::trajectory::Certificate;
 use crate::trajectory::interpolation::{INTERPOLATIONS, Interpolation, InterpolationInfo};
-use plan::scenarios::Scenario;
-use plan::verify::VerifyRequest;
 
 /// The use cases. Cheap to clone; all clones are the same service.
 #[derive(Clone)]
@@ -105,7 +103,7 @@ impl Service {
                 request: text,
                 task: prepared.task().to_owned(),
                 method: prepared.method(),
-                robot: prepared.robot().to_owned(),
+                robot: prepared.robot().name().to_owned(),
                 seed: request.plan.seed,
                 priority: request.priority,
                 labels: request.labels,

@@ -1,16 +1,13 @@
 //! What a worker runs: from a stored request to a stored result.
 
-use std::time::Instant;
-
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use utoipa::ToSchema;
 
-use super::plan;
-use crate::budget::{Budget, StopReason};
+use crate::budget::Budget;
 use crate::fault::Faults;
 use crate::job::{Progress, RunContext, RunOutcome, Runner};
-use crate::plan::{PlanRequest, PlanResult, TrajectoryResult};
+use crate::plan::{self, PlanCode, PlanError, PlanRequest, PlanResult, TrajectoryResult};
 
 /// Plans what the request asks for.
 #[derive(Clone, Copy, Debug, Default)]
@@ -63,7 +60,7 @@ impl From<&PlanResult> for ResultSummary {
 }
 
 /// The trajectories of a result, leg by leg.
-pub(super) fn trajectories(result: &PlanResult) -> impl Iterator<Item = &TrajectoryResult> {
+fn trajectories(result: &PlanResult) -> impl Iterator<Item = &TrajectoryResult> {
     let (single, legs) = match result {
         PlanResult::Trajectory(result) => (Some(&**result), &[][..]),
         PlanResult::Program(program) => (None, &program.legs[..]),
@@ -84,11 +81,10 @@ impl Runner for PlanningRunner {
         };
         let budget = Budget::new(context.cancel.clone()).with_deadline(context.deadline);
         let progress = |progress: plan::Progress| (context.progress)(reported(progress));
-        let (result, error) = match prepared.run(&budget, &progress) {
-            Ok(result) => (Some(Box::new(result)), None),
-            Err(mut error) => (error.partial.take(), Some(error)),
-        };
-        conclude(result, error, context)
+        match prepared.run(&budget, &progress) {
+            Ok(result) => succeeded(&result),
+            Err(error) => ended(error),
+        }
     }
 }
 
@@ -119,43 +115,35 @@ fn reported(progress: plan::Progress) -> Progress {
     Progress { iteration, evaluations, elapsed_s, best, mean, lower_bound, leg }
 }
 
-/// Tells why a run ended from what it left.
-fn conclude(
-    result: Option<Box<PlanResult>>,
-    error: Option<plan::PlanError>,
-    context: &RunContext<'_>,
-) -> RunOutcome {
-    let text = match result.as_deref().map(serde_json::to_string).transpose() {
-        Ok(text) => text,
-        Err(cause) => return failed("internal", cause.to_string(), None),
-    };
-    let stopped_by = |reason| {
-        let mut plans = result.iter().flat_map(|result| trajectories(result));
-        error.is_some() || plans.any(|plan| plan.stop_reason == reason)
-    };
-    match context.cancel.reason() {
-        Some(StopReason::Cancelled) => return RunOutcome::Cancelled { partial: text },
-        // A result that was complete before the interruption is kept.
-        Some(reason) if stopped_by(reason) => return RunOutcome::Interrupted,
-        _ => {}
-    }
-    let late = context.deadline.is_some_and(|deadline| Instant::now() >= deadline);
-    if late && stopped_by(StopReason::TimeLimit) {
-        let message = "the job's deadline passed while it was planned".to_owned();
-        return failed("deadline_exceeded", message, text);
-    }
-    match (error, text, result) {
-        (Some(plan::PlanError { code, message, details, partial: _ }), partial, _) => {
-            RunOutcome::Failed { code: code.to_owned(), message, details, partial }
-        }
-        (None, Some(text), Some(result)) => {
-            let summary = serde_json::to_value(ResultSummary::from(&*result));
-            RunOutcome::Succeeded { result: text, summary: summary.unwrap_or_default() }
-        }
-        _ => failed("internal", "the planner left neither result nor error".to_owned(), None),
+fn succeeded(result: &PlanResult) -> RunOutcome {
+    let summary = serde_json::to_value(ResultSummary::from(result));
+    match (serde_json::to_string(result), summary) {
+        (Ok(result), Ok(summary)) => RunOutcome::Succeeded { result, summary },
+        (Err(cause), _) | (_, Err(cause)) => unwritable(&cause),
     }
 }
 
-fn failed(code: &str, message: String, partial: Option<String>) -> RunOutcome {
-    RunOutcome::Failed { code: code.to_owned(), message, details: Value::Null, partial }
+/// What a plan without a complete result means for its job.
+fn ended(error: PlanError) -> RunOutcome {
+    let PlanError { code, message, details, partial } = error;
+    let partial = match partial.map(|partial| serde_json::to_string(&partial)).transpose() {
+        Ok(partial) => partial,
+        Err(cause) => return unwritable(&cause),
+    };
+    match code {
+        PlanCode::Cancelled => RunOutcome::Cancelled { partial },
+        PlanCode::Interrupted => RunOutcome::Interrupted,
+        PlanCode::LimitsUnreachable | PlanCode::DeadlineExceeded => {
+            RunOutcome::Failed { code: code.as_str().to_owned(), message, details, partial }
+        }
+    }
+}
+
+fn unwritable(cause: &serde_json::Error) -> RunOutcome {
+    RunOutcome::Failed {
+        code: "internal".to_owned(),
+        message: format!("the result cannot be written: {cause}"),
+        details: Value::Null,
+        partial: None,
+    }
 }

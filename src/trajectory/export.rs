@@ -181,6 +181,7 @@ fn sample_times(duration: f64, rate_hz: f64) -> Result<Vec<f64>, ExportError> {
 /// A sampled trajectory. Each row of `position` and its derivatives belongs to
 /// the time at the same index and holds one value per joint.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = SampledTrajectory)]
 pub struct Samples {
     /// Joint order of every row.
     pub joint_names: Vec<String>,

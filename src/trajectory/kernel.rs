@@ -139,9 +139,15 @@ impl Workspace {
         worst
     }
 
-    /// The ratios of the last [`Kernel::ratios`], cell by cell.
-    pub fn all_ratios(&self) -> &[[Lanes; 3]] {
-        &self.ratios
+    /// All ratios of the last [`Kernel::ratios`], one list per derivative.
+    pub fn collect(&self, joints: &JointLanes, lists: &mut [Vec<f64>; 3]) {
+        for (order, list) in lists.iter_mut().enumerate() {
+            list.clear();
+            for (index, cell) in self.ratios.iter().enumerate() {
+                let used = (joints.dof - index % joints.groups * WIDTH).min(WIDTH);
+                list.extend_from_slice(&cell[order].0[..used]);
+            }
+        }
     }
 }
 

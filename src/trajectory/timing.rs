@@ -1,6 +1,6 @@
 //! The timing problem: segment durations of one interpolation family.
 
-use crate::optimize::{Bounds, Candidate, Objective};
+use crate::optimize::{Bounds, Candidate, Objective, Ratios};
 
 use super::kernel::{JointLanes, Kernel, KernelLimits, Workspace};
 
@@ -154,12 +154,18 @@ struct TimingCandidate<'a> {
     problem: &'a TimingProblem,
     work: Workspace,
     durations: Vec<f64>,
+    ratios: Ratios,
 }
 
 impl<'a> TimingCandidate<'a> {
     fn new(problem: &'a TimingProblem) -> Self {
         let durations = Vec::with_capacity(problem.joints.segments());
-        Self { problem, work: Workspace::new(&problem.joints), durations }
+        Self {
+            problem,
+            work: Workspace::new(&problem.joints),
+            durations,
+            ratios: Ratios::default(),
+        }
     }
 
     /// The smallest multiple that keeps the derivative limits and the range's
@@ -219,8 +225,8 @@ impl<'a> TimingCandidate<'a> {
     fn excess(&mut self, durations: &[f64]) -> f64 {
         let problem = self.problem;
         problem.kernel.ratios(&problem.joints, durations, &mut self.work);
-        let ratios = self.work.all_ratios().iter().flatten().flat_map(|lanes| lanes.0);
-        ratios.map(|ratio| (ratio - 1.0).max(0.0)).sum()
+        self.work.collect(&problem.joints, &mut self.ratios);
+        self.ratios.iter().flatten().map(|ratio| (ratio - 1.0).max(0.0)).sum()
     }
 
     /// A candidate that keeps every limit costs its sum; `P0` puts every other
@@ -279,19 +285,21 @@ impl Candidate for TimingCandidate<'_> {
         }
     }
 
-    fn homogeneous(&mut self, position: &[f64], ratios: &mut Vec<f64>) -> f64 {
+    fn homogeneous(&mut self, position: &[f64], ratios: &mut Ratios) -> f64 {
         let problem = self.problem;
         problem.kernel.ratios(&problem.joints, position, &mut self.work);
-        ratios.clear();
-        for cell in self.work.all_ratios() {
-            ratios.extend_from_slice(&cell[0].0);
-            ratios.extend(cell[1].0.iter().map(|ratio| ratio.sqrt()));
-            ratios.extend(cell[2].0.iter().map(|ratio| libm::cbrt(*ratio)));
-        }
+        self.work.collect(&problem.joints, ratios);
         if let Some([min, _]) = problem.range {
-            ratios.extend(position.iter().map(|t| min / t));
+            ratios[0].extend(position.iter().map(|t| min / t));
         }
-        let scale = ratios.iter().copied().fold(0.0, f64::max);
+        // Only a range needs to know the scale itself.
+        let largest = |ratios: &[f64]| ratios.iter().copied().fold(0.0, f64::max);
+        let scale = if problem.range.is_some() {
+            let [v, a, j] = [&ratios[0], &ratios[1], &ratios[2]].map(|list| largest(list));
+            v.max(a.sqrt()).max(libm::cbrt(j))
+        } else {
+            1.0
+        };
         self.violation(position, scale)
     }
 }

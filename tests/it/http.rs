@@ -336,6 +336,10 @@ async fn the_api_description_is_complete() {
     for name in references.filter_map(|rest| rest.split('"').next()) {
         assert!(api["components"]["schemas"][name].is_object(), "{name} is not described");
     }
+    // Two types of one name would hide each other.
+    let schemas = &api["components"]["schemas"];
+    assert!(schemas["Samples"]["properties"]["interpolation"].is_object());
+    assert!(schemas["SampledTrajectory"]["properties"]["rate_hz"].is_object());
     let job = api["components"]["schemas"]["JobRequest"].to_string();
     assert!(job.contains("priority") && job.contains("PlanRequest"), "{job}");
 }
@@ -356,7 +360,8 @@ async fn requests_have_ids_the_clients_or_new_ones() {
 #[tokio::test]
 async fn answers_are_compressed_for_those_who_ask() {
     let server = Server::start().await;
-    let ask = |path: &str| server.request(Method::GET, path).header("Accept-Encoding", "gzip").send();
+    let ask =
+        |path: &str| server.request(Method::GET, path).header("Accept-Encoding", "gzip").send();
     let response = ask("/v1/robots").await.unwrap();
     assert_eq!(header(&response, "content-encoding"), "gzip");
     assert_eq!(response.bytes().await.unwrap()[..2], [0x1f, 0x8b]);
@@ -371,7 +376,10 @@ async fn bodies_may_come_compressed_and_are_measured_unpacked() {
     let server = Server::start().await;
     let send = |body: Vec<u8>, encoding: &str| {
         let request = server.request(Method::POST, "/v1/jobs").body(body);
-        request.header("Content-Type", "application/json").header("Content-Encoding", encoding).send()
+        request
+            .header("Content-Type", "application/json")
+            .header("Content-Encoding", encoding)
+            .send()
     };
     let job = quick_job().to_string();
     let response = send(gzip::stored(job.as_bytes()), "gzip").await.unwrap();

@@ -156,9 +156,7 @@ pub fn endless_job() -> Value {
 
 /// Two legs, AB and BC.
 pub fn program_job() -> Value {
-    let leg = |name: &str, waypoints: Value| {
-        json!({"name": name, "task": {"type": "waypoints", "waypoints": waypoints}})
-    };
+    let leg = |name: &str, waypoints: Value| json!({"name": name, "task": {"type": "waypoints", "waypoints": waypoints}});
     json!({
         "robot": robot("pair"),
         "task": {"type": "program", "legs": [

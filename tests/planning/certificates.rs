@@ -1,1 +1,215 @@
-//! empty
+//! Certificates against dense sampling and finite differences by code of the
+//! tests' own. If these fail, a line may run beyond its limits.
+
+use serde_json::json;
+use takt::math::random::RandomStream;
+use takt::plan::verify::{VerifyRequest, verify};
+use takt::robot::catalogue;
+use takt::trajectory::interpolation::{INTERPOLATIONS, ProfileLimits, Timing};
+use takt::trajectory::kernel::KernelLimits;
+use takt::trajectory::timing::{Handling, TimingProblem};
+use takt::trajectory::{Certificate, JointBounds, Limit, Trajectory};
+
+use crate::support::{plan, scenario};
+
+const SAMPLES: usize = 100_000;
+const TRAJECTORIES: usize = 1_000;
+
+/// Derivative `order` of one joint, term by term.
+fn derivative(coefficients: &[f64], order: usize, t: f64) -> f64 {
+    let mut sum = 0.0;
+    for (power, c) in coefficients.iter().enumerate().skip(order) {
+        let factor: f64 = (0..order).map(|k| (power - k) as f64).product();
+        sum += c * factor * t.powi((power - order) as i32);
+    }
+    sum
+}
+
+fn bounds(limit: f64) -> JointBounds {
+    let limit = || Some(Limit { value: limit, provenance: "test".into() });
+    JointBounds {
+        name: "j".into(),
+        unit: "rad",
+        lower: None,
+        upper: None,
+        derivatives: [limit(), limit(), limit()],
+    }
+}
+
+/// Random waypoints and durations whose ratios reach 1:1000.
+fn random_trajectory(timing: &Timing, segments: usize, random: &mut RandomStream) -> Trajectory {
+    let waypoints: Vec<Vec<f64>> =
+        (0..=segments).map(|_| vec![random.uniform(-3.0, 3.0)]).collect();
+    let none = KernelLimits { derivatives: [1.0; 3], position: [f64::NEG_INFINITY, f64::INFINITY] };
+    let (pieces, durations): (Vec<_>, Vec<f64>) = match timing {
+        Timing::Search(kernel) => {
+            let durations: Vec<f64> =
+                (0..segments).map(|_| 10f64.powf(random.uniform(-1.5, 1.5))).collect();
+            let problem =
+                TimingProblem::new(*kernel, &waypoints, &[none], Handling::RepairUniform, None);
+            (problem.pieces(&durations), durations)
+        }
+        Timing::ClosedForm(profile) => {
+            let mut pieces = Vec::new();
+            let mut durations = Vec::new();
+            for pair in waypoints.windows(2) {
+                let way = pair[1][0] - pair[0][0];
+                let limits = ProfileLimits {
+                    velocity: 10f64.powf(random.uniform(-1.0, 1.0)),
+                    acceleration: 10f64.powf(random.uniform(-1.0, 1.0)),
+                };
+                for (length, c) in profile(&[way], &[limits]).pieces {
+                    let mut scaled: Vec<f64> = c.iter().map(|c| c * way).collect();
+                    scaled[0] += pair[0][0];
+                    pieces.push(vec![scaled]);
+                    durations.push(length);
+                }
+            }
+            (pieces, durations)
+        }
+    };
+    let mut breakpoints = vec![0.0];
+    for duration in durations {
+        breakpoints.push(breakpoints[breakpoints.len() - 1] + duration);
+    }
+    Trajectory { breakpoints, pieces }
+}
+
+/// The largest magnitudes of the derivatives 1 to 3 at dense samples, and the
+/// largest difference quotients of the derivatives below them.
+fn dense(trajectory: &Trajectory) -> ([f64; 3], [f64; 3]) {
+    let step = trajectory.duration() / SAMPLES as f64;
+    let (mut sampled, mut quotients) = ([0.0f64; 3], [0.0f64; 3]);
+    let mut piece = 0;
+    let mut before: Option<[f64; 4]> = None;
+    for k in 0..=SAMPLES {
+        let t = (k as f64 * step).min(trajectory.duration());
+        while piece + 1 < trajectory.pieces.len() && t >= trajectory.breakpoints[piece + 1] {
+            // The limit from the left: jerk may jump here.
+            let length = trajectory.breakpoints[piece + 1] - trajectory.breakpoints[piece];
+            for (order, sampled) in sampled.iter_mut().enumerate() {
+                let end = derivative(&trajectory.pieces[piece][0], order + 1, length);
+                *sampled = sampled.max(end.abs());
+            }
+            piece += 1;
+        }
+        let c = &trajectory.pieces[piece][0];
+        let here =
+            [0, 1, 2, 3].map(|order| derivative(c, order, t - trajectory.breakpoints[piece]));
+        for order in 0..3 {
+            sampled[order] = sampled[order].max(here[order + 1].abs());
+            if let Some(before) = before {
+                let quotient = (here[order] - before[order]).abs() / step;
+                quotients[order] = quotients[order].max(quotient);
+            }
+        }
+        before = Some(here);
+    }
+    (sampled, quotients)
+}
+
+#[test]
+fn certificates_agree_with_dense_sampling() {
+    for (stream, entry) in INTERPOLATIONS.iter().enumerate() {
+        let mut random = RandomStream::new(11, stream as u64);
+        for number in 0..TRAJECTORIES {
+            let most = entry.max_segments.unwrap_or(6);
+            let segments = entry.min_segments
+                + (random.unit() * (most - entry.min_segments + 1) as f64) as usize;
+            let trajectory = random_trajectory(&entry.timing, segments, &mut random);
+            let certificate = Certificate::new(&trajectory, &[bounds(1e-9)], &[]);
+            let joint = &certificate.joints[0];
+            let (sampled, quotients) = dense(&trajectory);
+            let peaks = [&joint.velocity, &joint.acceleration, &joint.jerk];
+            for (order, peak) in peaks.iter().enumerate() {
+                let what = format!("{} {number} order {}", entry.name, order + 1);
+                let Some(value) = peak.peak else {
+                    // Infinite: the interpolation says so, and the quotient grows
+                    // beyond anything a bounded derivative would show.
+                    assert!(!entry.bounded_jerk && order == 2, "{what}: infinite");
+                    continue;
+                };
+                assert!(sampled[order] <= value * (1.0 + 1e-9), "{what}: sampled above peak");
+                assert!(sampled[order] >= value * (1.0 - 1e-2), "{what}: peak {value} not seen");
+                // Mean value theorem: a quotient never exceeds the derivative.
+                let slack = 1.0 + 1e-6;
+                assert!(quotients[order] <= value * slack, "{what}: quotient above peak");
+                assert!(quotients[order] >= value * (1.0 - 0.1), "{what}: quotient {quotients:?}");
+            }
+            assert!(certificate.continuity >= entry.continuity, "{} {number}", entry.name);
+            assert!(certificate.starts_at_rest && certificate.ends_at_rest);
+            assert!(!certificate.lawful && !certificate.violations.is_empty());
+        }
+    }
+}
+
+/// An unlawful trajectory is found unlawful, with joint, limit and time.
+#[test]
+fn verify_names_joint_limit_and_time() {
+    let result = plan(scenario("mcb-ab", json!({})));
+    let mut request = json!({ "robot": "rokae_xb4", "trajectory": result.trajectory,
+        "limits": { "velocity": [0.9, 0.9, 0.9, 0.9, 0.95, 0.7], "jerk": 2.0,
+            "acceleration": 1.0, "lower": null, "upper": null } });
+    let certify = |request: &serde_json::Value| {
+        let request = VerifyRequest::parse(request.clone()).unwrap();
+        verify(&request, &catalogue::get).unwrap()
+    };
+    let certificate = certify(&request);
+    assert!(!certificate.lawful);
+    let [violation] = &certificate.violations[..] else {
+        panic!("{:?}", certificate.violations);
+    };
+    assert_eq!((violation.joint.as_str(), violation.limit.as_str()), ("joint_6", "velocity"));
+    let mut state = takt::trajectory::KinematicState::new(6);
+    result.trajectory.sample(violation.at, &mut state);
+    assert!((state.velocity[5].abs() - violation.value.unwrap()).abs() < 1e-9);
+    assert!(
+        violation.detail.contains("joint_6 velocity reaches")
+            && violation.detail.contains("0.7 rad/s")
+    );
+
+    request["limits"]["velocity"] = json!(1.0);
+    assert!(certify(&request).lawful);
+}
+
+/// What a controller makes of samples is what is certified: straight lines
+/// between them have infinite acceleration, quintics reproduce the plan.
+#[test]
+fn samples_are_certified_as_their_consumer_runs_them() {
+    let result = plan(scenario("mcb-ab", json!({})));
+    let mut state = takt::trajectory::KinematicState::new(6);
+    let (mut times, mut x, mut v, mut a) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    for k in 0..=1000 {
+        let t = result.duration * f64::from(k) / 1000.0;
+        result.trajectory.sample(t, &mut state);
+        times.push(t);
+        x.push(state.position.clone());
+        v.push(state.velocity.clone());
+        a.push(state.acceleration.clone());
+    }
+    let limits = json!({ "velocity": [0.9, 0.9, 0.9, 0.9, 0.95, 1.0], "acceleration": 1.0,
+        "jerk": 2.01, "lower": null, "upper": null });
+    let certify = |samples: serde_json::Value| {
+        let request = json!({ "robot": "rokae_xb4", "limits": limits, "samples": samples });
+        verify(&VerifyRequest::parse(request).unwrap(), &catalogue::get).unwrap()
+    };
+    let lines = certify(json!({ "interpolation": "linear", "times": times, "positions": x }));
+    assert!(!lines.lawful && lines.joints[5].acceleration.peak.is_none());
+    assert_eq!(lines.continuity, 0);
+    let quintics = certify(json!({ "interpolation": "quintic", "times": times, "positions": x,
+        "velocities": v, "accelerations": a }));
+    assert!(quintics.lawful, "{:?}", quintics.violations);
+    assert!(quintics.continuity >= 2);
+}
+
+/// The hash speaks of every delivered number.
+#[test]
+fn the_hash_changes_with_any_coefficient() {
+    let result = plan(scenario("wood", json!({})));
+    let hash = result.trajectory.sha256();
+    assert_eq!(hash, result.certificate.sha256);
+    assert_eq!(hash.len(), 64);
+    let mut other = result.trajectory.clone();
+    other.pieces[1][2][4] = f64::from_bits(other.pieces[1][2][4].to_bits() + 1);
+    assert_ne!(other.sha256(), hash);
+}

@@ -38,6 +38,7 @@ message_form!(TrajectoryResult {
 });
 
 message_form!(ProgramResult {
+    robot,
     joint_names,
     duration,
     lawful,

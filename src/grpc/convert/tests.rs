@@ -101,7 +101,7 @@ pub(crate) fn trajectory_result() -> Value {
 
 fn program_result() -> Value {
     json!({
-        "joint_names": ["j1", "j2"], "duration": 6.0, "lawful": true, "worst_ratio": 0.75,
+        "robot": "arm", "joint_names": ["j1", "j2"], "duration": 6.0, "lawful": true, "worst_ratio": 0.75,
         "legs": [{"name": "AB", "start": 0.0, "result": trajectory_result()},
             {"name": "BC", "start": 3.0, "result": trajectory_result()}],
         "evaluations": 200, "planning_s": 0.006, "seed": 7, "version": "0.1.0",

@@ -38,11 +38,10 @@ impl MessageForm<f64> for f64 {
     }
 }
 
-/// An integer that is narrower here than in its message, or as wide.
+/// An integer that is at most as wide here as in its message.
 macro_rules! integer_form {
     ($domain:ty as $message:ty) => {
         impl MessageForm<$message> for $domain {
-            #[expect(clippy::as_conversions, reason = "the message's type is as wide or wider")]
             fn into_message(self) -> $message {
                 self as $message
             }
@@ -132,9 +131,9 @@ impl MessageForm<prost_types::Value> for Value {
     }
 }
 
-#[expect(clippy::as_conversions, reason = "the value is whole and within the type's range")]
 fn number(value: f64) -> Value {
     if value.fract() == 0.0 && value.abs() <= MAX_EXACT {
+        // Whole and within the type's range: nothing is cut off.
         return Value::from(value as i64);
     }
     Number::from_f64(value).map_or(Value::Null, Value::Number)

@@ -62,8 +62,7 @@ impl Family for Cubic {
                 *cell = (*cell - after) * pivot;
             }
         }
-        for segment in 0..segments {
-            let h = durations[segment];
+        for (segment, &h) in durations.iter().enumerate() {
             for group in 0..groups {
                 let cell = segment * groups + group;
                 let v0 = work.knots[cell][0] * h;

@@ -36,8 +36,7 @@ impl Family for Quintic {
         eliminate(joints, durations, work);
         substitute_back(joints, work);
         let (groups, segments) = (joints.groups(), joints.segments());
-        for segment in 0..segments {
-            let h = durations[segment];
+        for (segment, &h) in durations.iter().enumerate() {
             for group in 0..groups {
                 let cell = segment * groups + group;
                 let at = |knot: usize| {
