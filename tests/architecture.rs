@@ -93,7 +93,6 @@ impl Names {
                     self.use_tree(tree, before);
                 }
             }
-            _ => {}
         }
     }
 }

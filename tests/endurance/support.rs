@@ -34,7 +34,7 @@ impl Process {
         let address = loop {
             let line = log.next().expect("the server ends at once").unwrap();
             let entry: Value = serde_json::from_str(&line).unwrap_or(Value::Null);
-            if let Some(address) = entry["fields"]["address"].as_str() {
+            if let Some(address) = entry["address"].as_str() {
                 break address.to_owned();
             }
         };
