@@ -1,6 +1,6 @@
 //! Takt from the outside, a module per area.
 
-// mod bad_requests;
+mod bad_requests;
 mod grpc;
 mod grpc_support;
 mod http;
