@@ -84,7 +84,7 @@ pub(super) fn scenarios(options: ScenarioOptions) -> Result<(), Failure> {
     let Some(name) = options.name else {
         let mut table = Table::new(["name", "title"]);
         for scenario in scenarios::all() {
-            table.row([scenario.name.to_owned(), scenario.title.to_owned()]);
+            table.row([scenario.name.clone(), scenario.title.clone()]);
         }
         return output::print(&table.text());
     };

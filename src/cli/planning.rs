@@ -99,7 +99,7 @@ fn standing(progress: &Progress) -> Standing<'_> {
 
 fn planning_failed(error: &PlanError) -> Failure {
     let details = error.details.as_object().into_iter().flatten();
-    Failure::planning(format!("{} ({})", error.message, error.code))
+    Failure::planning(format!("{} ({})", error.message, error.code.as_str()))
         .with_notes(details.map(|(name, value)| format!("{name}: {value}")))
 }
 
@@ -210,8 +210,11 @@ fn verify_request(result: &TrajectoryResult) -> Value {
             })
         })
         .collect();
+    let due = result.waypoint_times.iter().zip(&result.waypoints);
+    let due = due.map(|(time, position)| json!({"time": time, "position": position}));
     json!({
         "robot": {"name": result.robot, "joints": joints},
         "trajectory": result.trajectory,
+        "waypoints": due.collect::<Vec<_>>(),
     })
 }

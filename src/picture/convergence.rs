@@ -36,17 +36,34 @@ impl<'a> Curve<'a> {
         let result = section.result;
         let method = format!("{}, {}", result.optimizer, result.interpolation);
         let name = section.name.map_or(method.clone(), |name| format!("{name} ({method})"));
-        let bound = result.bound.as_ref().map(|bound| ("lower bound", bound.lower));
-        Self { name, points: &result.convergence, reference: bound }
+        // The bound is on the whole motion: single joints may well be below it.
+        let alone = result.per_joint.is_some();
+        let bound = result.bound.as_ref().filter(|_| !alone);
+        let reference = bound.map(|bound| ("lower bound", bound.lower));
+        Self { name, points: &result.convergence, reference }
     }
 
-    fn best(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
-        self.points.iter().filter_map(|p| Some((p.evaluations as f64, finite(p.best)?)))
+    /// The searches that follow each other: where each joint is planned alone,
+    /// iterations start again with each.
+    fn runs(&self) -> impl Iterator<Item = &'a [ConvergencePoint]> + use<'a> {
+        self.points.chunk_by(|a, b| b.iteration > a.iteration)
     }
 
-    fn mean(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
-        self.points.iter().filter_map(|p| Some((p.evaluations as f64, finite(p.mean)?)))
+    fn best(&self) -> impl Iterator<Item = (f64, f64)> + use<'a> {
+        best(self.points)
     }
+
+    fn mean(&self) -> impl Iterator<Item = (f64, f64)> + use<'a> {
+        mean(self.points)
+    }
+}
+
+fn best(points: &[ConvergencePoint]) -> impl Iterator<Item = (f64, f64)> + '_ {
+    points.iter().filter_map(|p| Some((p.evaluations as f64, finite(p.best)?)))
+}
+
+fn mean(points: &[ConvergencePoint]) -> impl Iterator<Item = (f64, f64)> + '_ {
+    points.iter().filter_map(|p| Some((p.evaluations as f64, finite(p.mean)?)))
 }
 
 fn finite(value: Option<f64>) -> Option<f64> {
@@ -81,6 +98,9 @@ pub fn convergence(curves: &[Curve<'_>]) -> String {
 fn subtitle(curves: &[Curve<'_>]) -> String {
     let evaluations: u64 = curves.iter().filter_map(|c| Some(c.points.last()?.evaluations)).sum();
     let best: f64 = curves.iter().filter_map(|curve| Some(curve.best().last()?.1)).sum();
+    if curves.iter().any(|curve| curve.runs().nth(1).is_some()) {
+        return format!("each joint alone, one after the other: {evaluations} evaluations");
+    }
     match curves.iter().any(|curve| curve.best().next().is_some()) {
         true if curves.len() > 1 => {
             format!("best together {} s after {evaluations} evaluations", figure(best))
@@ -138,11 +158,14 @@ fn ranges(curves: &[Curve<'_>]) -> (Range, Range) {
 
 fn draw_means(chart: &Chart<'_, '_>, curves: &[Curve<'_>]) {
     for (index, curve) in curves.iter().enumerate() {
-        let points: Vec<(f64, f64)> = curve.mean().collect();
-        // What is cut off at the top leaves a gap, not a line along the edge.
-        for run in points.split(|&(_, mean)| !chart.y.contains(mean)) {
-            let run: Vec<_> = run.iter().map(|&(x, y)| chart.pixel(x, y)).collect();
-            chart.canvas.polyline(&run, palette::lighter(palette::series(index)), 1.2);
+        let colour = palette::lighter(palette::series(index));
+        for run in curve.runs() {
+            let points: Vec<(f64, f64)> = mean(run).collect();
+            // What is cut off at the top leaves a gap, not a line along the edge.
+            for part in points.split(|&(_, mean)| !chart.y.contains(mean)) {
+                let part: Vec<_> = part.iter().map(|&(x, y)| chart.pixel(x, y)).collect();
+                chart.canvas.polyline(&part, colour, 1.2);
+            }
         }
     }
 }
@@ -160,17 +183,19 @@ fn draw_bests(chart: &Chart<'_, '_>, curves: &[Curve<'_>]) {
     let mut labels = Vec::new();
     for (index, curve) in curves.iter().enumerate() {
         let colour = palette::series(index);
-        let mut points: Vec<(f64, f64)> = Vec::new();
-        for (x, y) in curve.best().map(|(x, y)| chart.pixel(x, y)) {
-            match points.last() {
-                Some(&(_, before)) if before != y => points.extend([(x, before), (x, y)]),
-                _ => points.push((x, y)),
+        for run in curve.runs() {
+            let mut points: Vec<(f64, f64)> = Vec::new();
+            for (x, y) in best(run).map(|(x, y)| chart.pixel(x, y)) {
+                match points.last() {
+                    Some(&(_, before)) if before != y => points.extend([(x, before), (x, y)]),
+                    _ => points.push((x, y)),
+                }
             }
-        }
-        chart.canvas.polyline(&points, colour, 2.0);
-        if let (Some(&end), Some((_, best))) = (points.last(), curve.best().last()) {
-            chart.canvas.dot(end, 3.0, colour);
-            labels.push((best, figure(best), colour));
+            chart.canvas.polyline(&points, colour, 2.0);
+            if let (Some(&end), Some((_, best))) = (points.last(), best(run).last()) {
+                chart.canvas.dot(end, 3.0, colour);
+                labels.push((best, figure(best), colour));
+            }
         }
     }
     chart.label_right(&labels);

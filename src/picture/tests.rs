@@ -101,7 +101,7 @@ fn dashed_lines(svg: &str) -> usize {
 
 #[test]
 fn shows_every_joint_unit_and_limit() {
-    let svg = plot_all(&result(3, 1.0, 1.0, |j| Some(1.5 + j as f64 / 10.0)));
+    let svg = plot_all(&result(3, 1.0, 1.0, |j| Some(1.0 + j as f64 / 10.0)));
     assert_well_formed(&svg);
     for text in [
         "joint_0",
@@ -126,7 +126,7 @@ fn shows_every_joint_unit_and_limit() {
 
 #[test]
 fn draws_a_shared_limit_once_and_tells_of_distant_ones() {
-    let shared = plot_all(&result(5, 1.0, 1.0, |_| Some(2.0)));
+    let shared = plot_all(&result(5, 1.0, 1.0, |_| Some(1.5)));
     assert_eq!(dashed_lines(&shared), 2 * 2 * 4);
     let distant = plot_all(&result(2, 1.0, 1.0, |_| Some(1e5)));
     assert!(distant.contains("limits beyond the axis: joint_0 \u{2212}1.00e5, joint_0 1.00e5"));
@@ -188,7 +188,7 @@ fn names_are_escaped() {
 fn sections_follow_each_other_by_name() {
     let leg = result(2, 1.0, 1.0, |_| Some(2.0));
     let program: PlanResult = serde_json::from_value(json!({
-        "joint_names": leg.joint_names, "duration": 4.0, "lawful": true, "worst_ratio": 0.5,
+        "robot": leg.robot, "joint_names": leg.joint_names, "duration": 4.0, "lawful": true, "worst_ratio": 0.5,
         "legs": [{"name": "AB", "start": 0.0, "result": leg}, {"name": "BC", "start": 2.0, "result": leg}],
         "evaluations": 2, "planning_s": 0.0, "seed": 0, "version": "0",
     }))
@@ -234,6 +234,29 @@ fn convergence_shows_best_mean_and_reference() {
     let two = convergence(&[curve("AB"), curve("BC")]);
     assert!(two.contains("best together 15 s after 300 evaluations"));
     assert_eq!(two.matches("<circle").count(), 2);
+}
+
+/// One curve through several searches would show a best that gets worse.
+#[test]
+fn searches_of_single_joints_are_drawn_apart() {
+    let point = |iteration: u64, evaluations: u64, best: f64| ConvergencePoint {
+        iteration,
+        evaluations,
+        elapsed_s: 0.0,
+        best: Some(best),
+        mean: None,
+    };
+    let points = [point(0, 10, 3.0), point(1, 20, 2.0), point(0, 30, 5.0), point(1, 40, 4.0)];
+    let mut result = result(2, 1.0, 1.0, |_| None);
+    result.convergence = points.to_vec();
+    result.per_joint = Some(Vec::new());
+    result.bound =
+        Some(serde_json::from_value(json!({"lower": 4.5, "gap": 0.1, "method": ""})).unwrap());
+    let section = Section { name: None, start: 0.0, result: &result };
+    let svg = convergence(&[Curve::of(&section)]);
+    assert_eq!(svg.matches("<circle").count(), 2);
+    assert!(svg.contains("each joint alone, one after the other: 40 evaluations"));
+    assert!(!svg.contains("lower bound"));
 }
 
 #[test]

@@ -107,21 +107,25 @@ fn saved(results: &[ProgramResult; 3]) -> Option<String> {
         if lawful { "all trajectories are certified lawful" } else { "NOT all are lawful" };
     Some(format!(
         "\n{COMPARABLE}: {published:.2} s published, {best:.4} s possible within the same limits, \
-         {:.1} % less; {certified}.\n",
+         {:.1} % less;\n{certified}\n",
         100.0 * (1.0 - best / published),
     ))
 }
 
 fn next(out: &str) -> String {
+    let verify = format!("takt verify {out}/best/result.json");
+    let change = "takt scenarios mcb-ab > my.json";
+    let (methods, serve) = ("takt methods", "takt serve");
+    let width = verify.chars().count().max(change.len());
     format!(
         "\nIn {out}/as-published, {out}/same-curves and {out}/best, as the server delivered them:\n  \
          plot.svg, convergence.svg, trajectory.csv (250 Hz), trajectory.json, certificate.json,\n  \
          metrics.json, result.json, request.json\n\
          \nTry next:\n  \
-         takt verify {out}/best/result.json     certify what was delivered once more\n  \
-         takt scenarios mcb-ab > my.json        a request to change; then takt plan my.json\n  \
-         takt methods                           interpolations and optimizers\n  \
-         takt serve                             then http://127.0.0.1:8080/docs\n"
+         {verify:<width$}  certify once more what was delivered\n  \
+         {change:<width$}  a request to change, then takt plan my.json\n  \
+         {methods:<width$}  interpolations and optimizers\n  \
+         {serve:<width$}  then http://127.0.0.1:8080/docs\n"
     )
 }
 
