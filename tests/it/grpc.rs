@@ -388,3 +388,21 @@ async fn messages_beyond_the_servers_limit_are_refused() {
     let status = server.planning().await.create_job(request).await.unwrap_err();
     assert_eq!(status.code(), Code::OutOfRange);
 }
+
+/// The tests above put the edges together themselves; this one looks at the
+/// server that users start.
+#[tokio::test]
+async fn the_whole_server_answers_calls_beside_rest() {
+    let server = crate::support::Server::start().await;
+    let post = |path: &str, content_type: &str| {
+        let request = server.request(reqwest::Method::POST, path);
+        request.header("content-type", content_type.to_owned()).body(framed(&())).send()
+    };
+    let health = post("/grpc.health.v1.Health/Check", "application/grpc-web+proto").await.unwrap();
+    let body = health.bytes().await.unwrap();
+    // A frame of two bytes: field 1, serving.
+    assert_eq!(body[..7], [0, 0, 0, 0, 2, 8, 1]);
+    let unknown = post("/takt.v9.Nothing/Do", "application/grpc").await.unwrap();
+    assert_eq!(unknown.headers()["grpc-status"], "12");
+    assert_eq!(server.get("/healthz").await.status(), 200);
+}
