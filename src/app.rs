@@ -181,20 +181,29 @@ async fn keep_for(service: Service, days: u32) {
     }
 }
 
-/// Is ready when the process is asked to end: SIGTERM, or Ctrl-C.
+/// Is ready when the process is asked to end: SIGTERM, or Ctrl-C. Asked a
+/// second time, the process ends at once; what was accepted is stored.
 ///
 /// # Errors
 ///
 /// If the operating system takes no handlers.
 pub fn shutdown_signal() -> std::io::Result<impl Future<Output = ()>> {
-    use tokio::signal::unix::{SignalKind, signal};
+    use tokio::signal::unix::{Signal, SignalKind, signal};
+    async fn either(terminate: &mut Signal, interrupt: &mut Signal) -> &'static str {
+        tokio::select! {
+            _ = terminate.recv() => "SIGTERM",
+            _ = interrupt.recv() => "SIGINT",
+        }
+    }
     let mut terminate = signal(SignalKind::terminate())?;
     let mut interrupt = signal(SignalKind::interrupt())?;
     Ok(async move {
-        let name = tokio::select! {
-            _ = terminate.recv() => "SIGTERM",
-            _ = interrupt.recv() => "SIGINT",
-        };
+        let name = either(&mut terminate, &mut interrupt).await;
         tracing::info!(name, "asked to end");
+        tokio::spawn(async move {
+            let name = either(&mut terminate, &mut interrupt).await;
+            tracing::warn!(name, "asked to end at once");
+            std::process::exit(1);
+        });
     })
 }

@@ -25,7 +25,7 @@ pub(super) async fn pass(request: Request, next: Next) -> Response {
             bare.then(|| Problem::of_status(status, &method, &path))
         });
         if let Some(problem) = problem {
-            tracing::info!(?problem, "refused");
+            problem.log();
             problem.write(&mut response, &id);
         }
         tracing::debug!(status = response.status().as_u16(), "answered");

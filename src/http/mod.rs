@@ -10,8 +10,11 @@ mod registry;
 mod results;
 mod robots;
 
+use std::any::Any;
+
 use axum::Router;
 use axum::extract::Request;
+use axum::response::IntoResponse;
 use axum::routing::get;
 use tower_http::catch_panic::CatchPanicLayer;
 use tower_http::compression::CompressionLayer;
@@ -61,14 +64,20 @@ struct ApiDescription;
 /// All addresses of the REST edge; unknown ones are answered with a problem.
 pub fn routes(service: Service, settings: HttpSettings) -> Router {
     let (router, api) = api_routes().split_for_parts();
-    router
+    let router = router
         .route("/", get(operations::index))
         .with_state(Edge { service, settings })
         .merge(SwaggerUi::new("/docs").url("/openapi.json", api))
-        .fallback(unknown_address)
+        .fallback(unknown_address);
+    guarded(router)
+}
+
+/// What every request passes, from the inside out.
+fn guarded(router: Router) -> Router {
+    router
         .layer(RequestDecompressionLayer::new())
-        .layer(CatchPanicLayer::custom(|panic: Box<dyn std::any::Any + Send>| {
-            axum::response::IntoResponse::into_response(Problem::panic(panic.as_ref()))
+        .layer(CatchPanicLayer::custom(|panic: Box<dyn Any + Send>| {
+            Problem::panic(panic.as_ref()).into_response()
         }))
         .layer(axum::middleware::from_fn(door::pass))
         .layer(CompressionLayer::new())
@@ -109,4 +118,27 @@ fn api_routes() -> OpenApiRouter<Edge> {
 
 async fn unknown_address(request: Request) -> Problem {
     Problem::not_found(format!("there is nothing at {}", request.uri().path()))
+}
+
+#[cfg(test)]
+mod tests {
+    use axum::body::Body;
+    use tower::ServiceExt;
+
+    use super::*;
+
+    #[tokio::test]
+    async fn a_panic_is_answered_with_a_problem_that_hides_its_message() {
+        async fn panics() {
+            panic!("the secret cause");
+        }
+        let router = guarded(Router::new().route("/", get(panics)));
+        let request = Request::builder().uri("/").header("x-request-id", "7").body(Body::empty());
+        let response = router.oneshot(request.unwrap()).await.unwrap();
+        assert_eq!(response.status(), 500);
+        let body = axum::body::to_bytes(response.into_body(), usize::MAX).await.unwrap();
+        let problem: ProblemBody = serde_json::from_slice(&body).unwrap();
+        assert_eq!((problem.code.as_str(), problem.request_id.as_str()), ("internal", "7"));
+        assert!(!problem.detail.contains("secret"));
+    }
 }

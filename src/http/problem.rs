@@ -212,6 +212,12 @@ impl Problem {
         }
     }
 
+    pub(super) fn log(&self) {
+        let Self { kind, detail, errors } = self;
+        let (code, status) = (kind.code, kind.status.as_u16());
+        tracing::info!(status, code, detail, faults = errors.len(), "refused");
+    }
+
     /// Writes the problem into `response`, keeping its headers.
     pub(super) fn write(self, response: &mut Response, request_id: &str) {
         let Self { kind, detail, errors } = self;

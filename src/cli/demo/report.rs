@@ -107,7 +107,7 @@ fn saved(results: &[ProgramResult; 3]) -> Option<String> {
         if lawful { "all trajectories are certified lawful" } else { "NOT all are lawful" };
     Some(format!(
         "\n{COMPARABLE}: {published:.2} s published, {best:.4} s possible within the same limits, \
-         {:.1} % less;\n{certified}\n",
+         {:.1} % less;\n{certified}.\n",
         100.0 * (1.0 - best / published),
     ))
 }
