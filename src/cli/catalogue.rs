@@ -136,6 +136,13 @@ fn parameter_line(parameter: &ParameterInfo) -> String {
         Some(default) => format!("default {default}"),
         None => "off".to_owned(),
     };
-    let ParameterInfo { name, description, min, max, .. } = parameter;
+    let (min, max) = (short(parameter.min), short(parameter.max));
+    let ParameterInfo { name, description, .. } = parameter;
     format!("    - {name} ({default}; {min} to {max}): {description}\n")
+}
+
+/// A number without a row of zeros.
+fn short(value: f64) -> String {
+    let plain = value == 0.0 || (1e-4..1e7).contains(&value.abs());
+    if plain { format!("{value}") } else { format!("{value:e}") }
 }

@@ -83,7 +83,8 @@ fn escaped(text: &str) -> String {
 
 /// XML has no control characters, not even escaped ones.
 fn printable(text: &str) -> String {
-    let xml = |c: char| if c.is_control() || c >= '\u{fffe}' && c <= '\u{ffff}' { ' ' } else { c };
+    let xml =
+        |c: char| if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') { ' ' } else { c };
     text.chars().map(xml).collect()
 }
 

@@ -262,24 +262,22 @@ impl<'a> Panel<'a> {
 
     fn mark_violations(&self, chart: &Chart<'_, '_>, sections: &[Section<'_>]) {
         for section in sections {
+            let names = &section.result.joint_names;
             for violation in &section.result.certificate.violations {
-                let Some(value) = violation.value else { continue };
-                let names = &section.result.joint_names;
-                let here = self.joints.iter().any(|&joint| names[joint] == violation.joint);
-                if here && violation.limit == self.quantity.as_str() {
-                    // Peaks are told without their sign: mark the side that has it.
-                    let joint = names.iter().position(|name| *name == violation.joint);
-                    let shown =
-                        joint.map(|joint| value_at(section, joint, self.quantity, violation.at));
-                    let value = shown.map_or(value, |shown| value.abs().copysign(shown));
-                    let value = if self.quantity == Quantity::Position {
-                        shown.unwrap_or(value)
-                    } else {
-                        value
-                    };
-                    let at = chart.pixel(section.start + violation.at, value);
-                    chart.canvas.dot(at, 4.0, palette::INK);
-                }
+                let joint = self.joints.iter().find(|&&joint| names[joint] == violation.joint);
+                let here = violation.limit == self.quantity.as_str();
+                let (Some(&joint), Some(value), true) = (joint, violation.value, here) else {
+                    continue;
+                };
+                let value = match self.quantity {
+                    Quantity::Position => value,
+                    // Peaks may be told without their sign: mark the side it is on.
+                    quantity => {
+                        value.abs().copysign(value_at(section, joint, quantity, violation.at))
+                    }
+                };
+                let at = chart.pixel(section.start + violation.at, value);
+                chart.canvas.dot(at, 4.0, palette::INK);
             }
         }
     }

@@ -176,6 +176,21 @@ fn survives_any_number_of_joints_and_any_size() {
 }
 
 #[test]
+fn marks_where_limits_are_exceeded() {
+    let mut result = result(1, 1.0, 1.0, |_| Some(1.5));
+    result.certificate.violations = serde_json::from_value(json!([{"joint": "joint_0",
+        "limit": "velocity", "at": 1.5, "value": 1.875, "limit_value": 1.5,
+        "detail": "joint_0 exceeds its velocity limit"}]))
+    .unwrap();
+    let svg = plot_all(&result);
+    assert!(svg.contains("NOT LAWFUL: joint_0 exceeds its velocity limit"));
+    let dots: Vec<&str> = svg.lines().filter(|line| line.starts_with("<circle")).collect();
+    assert_eq!(dots.len(), 1);
+    // At three quarters of the time axis.
+    assert!(dots[0].contains("cx=\"7215\""), "{}", dots[0]);
+}
+
+#[test]
 fn names_are_escaped() {
     let mut result = result(1, 1.0, 1.0, |_| None);
     result.joint_names = vec!["a<b>&\"\u{1}\u{7}".into()];

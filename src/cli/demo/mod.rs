@@ -208,4 +208,28 @@ mod tests {
         drop(directory);
         assert!(!path.exists());
     }
+
+    /// The story has to go through as a newcomer sees it: server, REST, gRPC,
+    /// files, table.
+    #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+    async fn tells_the_story_and_leaves_the_files() {
+        let (data, out) = (TemporaryDirectory::new().unwrap(), TemporaryDirectory::new().unwrap());
+        let server = start(&data.0).await.unwrap();
+        let told = tell(&format!("http://{}", server.address()), &out.0).await;
+        server.stop().await.unwrap();
+        let report = told.unwrap();
+        for text in ["AB        quintic_han", "7.89 s", "7.0255 s", "5.7568 s", "11.53 s *"] {
+            assert!(report.contains(text), "{text} not in\n{report}");
+        }
+        for method in &METHODS {
+            let file =
+                |name: &str| std::fs::read_to_string(out.0.join(method.name).join(name)).unwrap();
+            assert!(file("trajectory.csv").starts_with("t [s],joint_1 position [rad],"));
+            let certificate: Value = serde_json::from_str(&file("certificate.json")).unwrap();
+            assert_eq!(certificate["legs"].as_array().map(Vec::len), Some(4));
+            for picture in ["plot.svg", "convergence.svg"] {
+                assert!(file(picture).starts_with("<svg "), "{picture}");
+            }
+        }
+    }
 }

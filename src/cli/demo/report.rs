@@ -20,7 +20,7 @@ const COMPARABLE: &str = "AB";
 
 /// The table with its footnotes, where the files are, and what to try next.
 pub(super) fn report(results: &[ProgramResult; 3], out: &Path) -> String {
-    format!("\n{}\n{}\n{}", table(results).text(), notes(results), next(&out.display().to_string()))
+    format!("\n{}\n{}{}", table(results).text(), notes(results), next(&out.display().to_string()))
 }
 
 fn table(results: &[ProgramResult; 3]) -> Table {
