@@ -32,7 +32,7 @@ impl Process {
             .unwrap();
         let mut log = BufReader::new(child.stderr.take().unwrap()).lines();
         let address = loop {
-            let line = log.next().expect("the server ends at once").unwrap();
+            let line = log.next().unwrap().unwrap();
             let entry: Value = serde_json::from_str(&line).unwrap_or(Value::Null);
             if let Some(address) = entry["address"].as_str() {
                 break address.to_owned();
