@@ -6,4 +6,6 @@
 mod certificates;
 mod golden;
 mod limits;
+mod optimizers;
+mod snapshots;
 mod support;
