@@ -64,6 +64,13 @@ const NEAR: f64 = 3e-3;
 /// Coarse results nearer than this in `y` are the same valley.
 const SAME: f64 = 2e-2;
 
+/// Largest difference in `y`: proportions beyond a million to one are out of
+/// reach of the arithmetic of curves.
+const WIDEST: f64 = 14.0;
+
+/// Steps at one sharpness, at most.
+const MOST_STEPS: usize = 60;
+
 /// Random directions looked at before the search starts.
 const SAMPLES: usize = 96;
 
@@ -73,8 +80,8 @@ struct Exact {
     tolerance: f64,
     /// Starts in `y`, the best last; filled by the first step.
     starts: Vec<DVector<f64>>,
-    /// Coarse results: `ln F` and `y`.
-    valleys: Vec<(f64, DVector<f64>)>,
+    /// Coarse results and their `ln F`.
+    valleys: Vec<(f64, Valley)>,
     memory: Memory,
 }
 
@@ -83,6 +90,30 @@ struct Exact {
 struct Memory {
     position: Vec<f64>,
     ratios: Ratios,
+}
+
+/// A search in progress.
+struct Valley {
+    y: DVector<f64>,
+    /// Curvature of the constraints, weighted by how much they count.
+    bend: DMatrix<f64>,
+    /// Added to the curvature's diagonal.
+    damping: f64,
+    /// Where the last step began.
+    last: Option<Model>,
+}
+
+/// The stand-in around a point.
+struct Model {
+    y: DVector<f64>,
+    gradient: DVector<f64>,
+    /// Without the bend of the constraints.
+    curvature: DMatrix<f64>,
+    /// Degree less one and index of the near constraints.
+    names: Vec<(usize, usize)>,
+    weights: DVector<f64>,
+    /// Their gradients, one per row.
+    slopes: DMatrix<f64>,
 }
 
 /// The constraints near the largest one at some `y`.
@@ -143,22 +174,22 @@ impl Optimizer for Exact {
         if self.starts.is_empty() && self.valleys.is_empty() {
             self.choose_starts(evaluator);
         }
-        if let Some(mut y) = self.starts.pop() {
+        if let Some(y) = self.starts.pop() {
+            let mut valley = Valley::new(y);
             for sharpness in COARSE {
-                y = self.memory.descend(evaluator, y, sharpness, self.tolerance);
+                self.memory.descend(evaluator, &mut valley, sharpness, self.tolerance);
             }
-            let value = self.memory.sample(evaluator, &y, 0.0).value();
-            let known = self.valleys.iter().any(|(_, valley)| (valley - &y).amax() < SAME);
+            let value = self.memory.sample(evaluator, &valley.y, 0.0).value();
+            let known = self.valleys.iter().any(|(_, other)| (&other.y - &valley.y).amax() < SAME);
             if !known {
-                self.valleys.push((value, y));
+                self.valleys.push((value, valley));
             }
             return Step { mean: None, converged: false };
         }
         let best = self.valleys.iter().map(|(value, _)| *value).fold(f64::INFINITY, f64::min);
-        for (_, y) in self.valleys.iter().filter(|(value, _)| *value <= best + NEAR) {
-            let mut y = y.clone();
+        for (_, valley) in self.valleys.iter_mut().filter(|(value, _)| *value <= best + NEAR) {
             for sharpness in FINE {
-                y = self.memory.descend(evaluator, y, sharpness, self.tolerance);
+                self.memory.descend(evaluator, valley, sharpness, self.tolerance);
             }
         }
         Step { mean: None, converged: true }
@@ -186,6 +217,9 @@ impl Memory {
             let above = list.iter().enumerate().filter(|(_, ratio)| **ratio >= threshold);
             near.extend(above.map(|(index, ratio)| (degree, index, libm::log(*ratio) / order)));
         }
+        // Proportions beyond what numbers hold must not look like a plan.
+        let lawful = largest > 0.0 && largest.is_finite() && sum.is_finite();
+        let violation = if lawful { violation } else { f64::INFINITY };
         let sample =
             Sample { near, largest: libm::log(largest), log_sum: libm::log(sum), violation };
         if violation <= 0.0 {
@@ -201,42 +235,51 @@ impl Memory {
     fn descend(
         &mut self,
         evaluator: &mut Evaluator<'_>,
-        mut y: DVector<f64>,
+        valley: &mut Valley,
         sharpness: f64,
         tolerance: f64,
-    ) -> DVector<f64> {
+    ) {
         let window = 30.0 / sharpness;
-        let mut here = self.sample(evaluator, &y, window);
-        let mut damping = 1e-3;
-        for _ in 0..40 {
+        let mut here = self.sample(evaluator, &valley.y, window);
+        let mut small = 0;
+        for _ in 0..MOST_STEPS {
             if evaluator.stop_reason().is_some() {
-                break;
+                return;
             }
-            let (gradient, curvature) = self.model(evaluator, &y, &here, sharpness);
+            let model = self.model(evaluator, &valley.y, &here, sharpness);
+            valley.learn(&model);
             let value = here.smooth(sharpness);
             let mut accepted = None;
             for _ in 0..12 {
-                let Some(step) = newton_step(&gradient, &curvature, damping) else {
-                    damping *= 10.0;
+                let step = newton_step(
+                    &model.gradient,
+                    &(&model.curvature + &valley.bend),
+                    valley.damping,
+                );
+                let Some(step) = step else {
+                    valley.damping *= 10.0;
                     continue;
                 };
-                let trial = &y + step;
+                let trial = within_reach(&valley.y + step);
                 let there = self.sample(evaluator, &trial, window);
                 if there.smooth(sharpness) < value {
-                    damping = (damping * 0.2).max(1e-9);
+                    valley.damping = (valley.damping * 0.1).max(1e-8);
                     accepted = Some((trial, there));
                     break;
                 }
-                damping *= 8.0;
+                valley.damping *= 5.0;
             }
             let Some((trial, there)) = accepted else { break };
             let gained = value - there.smooth(sharpness);
-            (y, here) = (trial, there);
-            if gained < 0.1 * tolerance {
+            valley.last = Some(model);
+            valley.y = trial;
+            here = there;
+            // One small step may be an unlucky one.
+            small = if gained < 0.1 * tolerance { small + 1 } else { 0 };
+            if small == 2 {
                 break;
             }
         }
-        y
     }
 
     /// Gradient and curvature of the stand-in, from difference quotients.
@@ -246,7 +289,7 @@ impl Memory {
         y: &DVector<f64>,
         here: &Sample,
         sharpness: f64,
-    ) -> (DVector<f64>, DMatrix<f64>) {
+    ) -> Model {
         let n = y.len();
         let share = DVector::from_iterator(n, y.iter().map(|y| libm::exp(y - here.log_sum)));
         let weights = here.weights(sharpness);
@@ -278,7 +321,40 @@ impl Memory {
             let off = slopes.row(row).transpose() - &mean;
             curvature.ger(sharpness * weight, &off, &off, 1.0);
         }
-        (gradient, curvature)
+        let names = here.near.iter().map(|&(degree, index, _)| (degree, index)).collect();
+        Model { y: y.clone(), gradient, curvature, names, weights, slopes }
+    }
+}
+
+impl Valley {
+    fn new(y: DVector<f64>) -> Self {
+        let n = y.len();
+        Self { y, bend: DMatrix::zeros(n, n), damping: 1e-2, last: None }
+    }
+
+    /// Learns how the constraints themselves bend from how their slopes changed
+    /// over the last step (symmetric rank one, weighted as now).
+    fn learn(&mut self, here: &Model) {
+        let Some(before) = &self.last else { return };
+        let step = &here.y - &before.y;
+        let mut change = DVector::zeros(step.len());
+        let mut known = 0.0;
+        for (row, name) in here.names.iter().enumerate() {
+            if let Some(old) = before.names.iter().position(|other| other == name) {
+                let slope = here.slopes.row(row) - before.slopes.row(old);
+                change.axpy(here.weights[row], &slope.transpose(), 1.0);
+                known += here.weights[row];
+            }
+        }
+        if known < 0.5 {
+            return;
+        }
+        let off = change / known - &self.bend * &step;
+        let along = off.dot(&step);
+        // The usual guard: an update that would divide by nearly nothing is left out.
+        if along.abs() > 1e-6 * off.norm() * step.norm() {
+            self.bend.ger(1.0 / along, &off, &off, 1.0);
+        }
     }
 }
 
@@ -313,12 +389,20 @@ fn newton_step(
 ) -> Option<DVector<f64>> {
     let mut damped = curvature.clone();
     for i in 0..gradient.len() {
-        // Relative to the curvature itself, which grows with the sharpness.
-        damped[(i, i)] += damping * (1.0 + curvature[(i, i)]);
+        // Absolute: along a valley's floor curvature stays of order one however
+        // steep its walls become.
+        damped[(i, i)] += damping;
     }
     let step = -damped.cholesky()?.solve(gradient);
     let longest = step.amax();
     longest.is_finite().then(|| step * (LONGEST_STEP / longest).min(1.0))
+}
+
+/// No proportion beyond [`WIDEST`].
+fn within_reach(mut y: DVector<f64>) -> DVector<f64> {
+    let least = y.max() - WIDEST;
+    y.iter_mut().for_each(|y| *y = y.max(least));
+    y
 }
 
 fn logarithms(x: &[f64]) -> DVector<f64> {

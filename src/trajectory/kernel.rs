@@ -104,9 +104,9 @@ pub struct Workspace {
     pub(super) knots: Vec<[Lanes; 2]>,
     /// Per inner waypoint, a family's factorised system.
     pub(super) blocks: Vec<[f64; 8]>,
-    /// Ratios of the last call: velocity, acceleration, jerk,
-    /// `[segment * groups + group]`.
-    ratios: Vec<[Lanes; 3]>,
+    /// Ratios of the last call: velocity, acceleration, jerk, each to its lower
+    /// and its upper side; `[segment * groups + group]`.
+    ratios: Vec<[[Lanes; 2]; 3]>,
 }
 
 impl Workspace {
@@ -117,14 +117,15 @@ impl Workspace {
             pieces: vec![[Lanes::ZERO; 6]; cells],
             knots: vec![[Lanes::ZERO; 2]; cells + joints.groups],
             blocks: vec![[0.0; 8]; joints.segments],
-            ratios: vec![[Lanes::ZERO; 3]; cells],
+            ratios: vec![[[Lanes::ZERO; 2]; 3]; cells],
         }
     }
 
     /// Peak over limit of `order` (0 velocity, 1 acceleration, 2 jerk) in a
     /// segment, as the last [`Kernel::ratios`] found it.
     pub fn ratio(&self, joints: &JointLanes, segment: usize, joint: usize, order: usize) -> f64 {
-        self.ratios[segment * joints.groups + joint / WIDTH][order].0[joint % WIDTH]
+        let [lower, upper] = self.ratios[segment * joints.groups + joint / WIDTH][order];
+        lower.0[joint % WIDTH].max(upper.0[joint % WIDTH])
     }
 
     /// The largest ratio of a segment over all joints: velocity, acceleration, jerk.
@@ -132,20 +133,24 @@ impl Workspace {
         let cells = &self.ratios[segment * joints.groups..(segment + 1) * joints.groups];
         let mut worst = [0.0f64; 3];
         for cell in cells {
-            for (worst, ratio) in worst.iter_mut().zip(cell) {
-                *worst = worst.max(ratio.largest());
+            for (worst, [lower, upper]) in worst.iter_mut().zip(cell) {
+                *worst = worst.max(lower.largest()).max(upper.largest());
             }
         }
         worst
     }
 
-    /// All ratios of the last [`Kernel::ratios`], one list per derivative.
+    /// All ratios of the last [`Kernel::ratios`], one list per derivative. The
+    /// two sides are apart: a peak and a trough that bind together would
+    /// otherwise make one function with a kink.
     pub fn collect(&self, joints: &JointLanes, lists: &mut [Vec<f64>; 3]) {
         for (order, list) in lists.iter_mut().enumerate() {
             list.clear();
             for (index, cell) in self.ratios.iter().enumerate() {
                 let used = (joints.dof - index % joints.groups * WIDTH).min(WIDTH);
-                list.extend_from_slice(&cell[order].0[..used]);
+                for side in &cell[order] {
+                    list.extend_from_slice(&side.0[..used]);
+                }
             }
         }
     }
@@ -247,8 +252,9 @@ impl<F: Family> WithSimd for Scale<'_, F> {
             #[inline(always)]
             |cell, part, inverse| {
                 let curve = Curve::new(simd, &work.pieces[cell.index], part);
-                let ratios =
-                    joints.over_limits(simd, cell, part, inverse, curve.cheap_peaks::<F>());
+                let [velocity, acceleration, jerk] = curve.cheap_ranges::<F>();
+                let peaks = [velocity.peak(), acceleration.peak(), jerk.peak()];
+                let ratios = joints.over_limits(simd, cell, part, inverse, peaks);
                 for order in 0..3 {
                     worst[order] = worst[order].max(ratios[order]);
                 }
@@ -267,7 +273,7 @@ impl<F: Family> WithSimd for Scale<'_, F> {
                 let unit =
                     Vector::load(simd, &joints.inverse_limits[0][cell.group], part) * inverse;
                 if (curve.velocity_bound() * unit).largest() > scale {
-                    scale = scale.max((curve.velocity_peak::<F>() * unit).largest());
+                    scale = scale.max((curve.velocity_range::<F>().peak() * unit).largest());
                 }
             },
         );
@@ -296,11 +302,17 @@ impl<F: Family> WithSimd for Ratios<'_, F> {
             #[inline(always)]
             |cell, part, inverse| {
                 let curve = Curve::new(simd, &pieces[cell.index], part);
-                let mut peaks = curve.cheap_peaks::<F>();
-                peaks[0] = peaks[0].max(curve.velocity_peak::<F>());
-                let found = joints.over_limits(simd, cell, part, inverse, peaks);
+                let mut ranges = curve.cheap_ranges::<F>();
+                ranges[0] = ranges[0].join(curve.velocity_range::<F>());
+                let lower = [-ranges[0].low, -ranges[1].low, -ranges[2].low];
+                let upper = [ranges[0].high, ranges[1].high, ranges[2].high];
+                let lower = joints.over_limits(simd, cell, part, inverse, lower);
+                let upper = joints.over_limits(simd, cell, part, inverse, upper);
+                let zero = Vector::splat(simd, 0.0);
                 for order in 0..3 {
-                    found[order].store(&mut ratios[cell.index][order], part);
+                    let [low, high] = &mut ratios[cell.index][order];
+                    lower[order].max(zero).store(low, part);
+                    upper[order].max(zero).store(high, part);
                 }
             },
         );
@@ -390,6 +402,36 @@ impl JointLanes {
     }
 }
 
+/// The smallest and the largest value of something.
+#[derive(Clone, Copy)]
+struct Range<S: Simd> {
+    low: Vector<S>,
+    high: Vector<S>,
+}
+
+impl<S: Simd> Range<S> {
+    #[inline(always)]
+    fn between(a: Vector<S>, b: Vector<S>) -> Self {
+        Self { low: a.min(b), high: a.max(b) }
+    }
+
+    #[inline(always)]
+    fn with(self, value: Vector<S>) -> Self {
+        Self { low: self.low.min(value), high: self.high.max(value) }
+    }
+
+    #[inline(always)]
+    fn join(self, other: Self) -> Self {
+        Self { low: self.low.min(other.low), high: self.high.max(other.high) }
+    }
+
+    /// The largest magnitude.
+    #[inline(always)]
+    fn peak(self) -> Vector<S> {
+        self.high.max(-self.low)
+    }
+}
+
 /// Derivatives of a segment in `u`: velocity `v0 + v1 u + ...`, acceleration
 /// `a0 + ... + a3 u^3`.
 struct Curve<S: Simd> {
@@ -440,37 +482,35 @@ impl<S: Simd> Curve<S> {
         [first.min(second), first.max(second)]
     }
 
-    /// Peaks that cost no iteration: speed at the ends, acceleration, jerk.
+    /// Ranges that cost no iteration: velocity at the ends, acceleration, jerk.
     #[inline(always)]
-    fn cheap_peaks<F: Family>(&self) -> [Vector<S>; 3] {
+    fn cheap_ranges<F: Family>(&self) -> [Range<S>; 3] {
         let one = self.splat(1.0);
-        let speed = self.velocity[0].abs().max(horner(&self.velocity, one).abs());
         let [a0, a1, a2, a3] = self.acceleration;
+        let velocity = Range::between(self.velocity[0], horner(&self.velocity, one));
         if F::DEGREE == 3 {
-            let acceleration = a0.abs().max((a0 + a1).abs());
-            return [speed, acceleration, a1.abs()];
+            return [velocity, Range::between(a0, a0 + a1), Range::between(a1, a1)];
         }
-        let mut acceleration = a0.abs().max(horner(&self.acceleration, one).abs());
+        let mut acceleration = Range::between(a0, horner(&self.acceleration, one));
         for turn in self.turns() {
-            acceleration = acceleration.max(horner(&self.acceleration, turn).abs());
+            acceleration = acceleration.with(horner(&self.acceleration, turn));
         }
         let vertex = self.inside(-a2 / (a3 * 3.0));
-        let jerk = a1.abs().max(self.jerk(one).abs()).max(self.jerk(vertex).abs());
-        [speed, acceleration, jerk]
+        let jerk = Range::between(a1, self.jerk(one)).with(self.jerk(vertex));
+        [velocity, acceleration, jerk]
     }
 
-    /// Largest speed inside the segment, where acceleration is zero.
+    /// Velocity inside the segment, where acceleration is zero.
     #[inline(always)]
-    fn velocity_peak<F: Family>(&self) -> Vector<S> {
-        let mut peak = self.splat(0.0);
+    fn velocity_range<F: Family>(&self) -> Range<S> {
         if F::DEGREE == 3 {
             let turn = self.inside(-self.acceleration[0] / self.acceleration[1]);
-            return peak.max(horner(&self.velocity, turn).abs());
+            let there = horner(&self.velocity, turn);
+            return Range::between(there, there);
         }
-        for root in self.acceleration_roots() {
-            peak = peak.max(horner(&self.velocity, root).abs());
-        }
-        peak
+        let [first, second, third] = self.acceleration_roots();
+        Range::between(horner(&self.velocity, first), horner(&self.velocity, second))
+            .with(horner(&self.velocity, third))
     }
 
     /// Roots of acceleration, ascending; an interval's start where it holds none.

@@ -173,6 +173,8 @@ impl<'a> TimingCandidate<'a> {
     fn scale(&mut self, durations: &[f64]) -> f64 {
         let problem = self.problem;
         let scale = problem.kernel.scale(&problem.joints, durations, &mut self.work);
+        // Where nothing limits the curve, or numbers end, nothing is known.
+        let scale = if scale > 0.0 { scale } else { f64::INFINITY };
         match problem.range {
             Some([min, _]) => durations.iter().fold(scale, |scale, t| scale.max(min / t)),
             None => scale,
