@@ -64,6 +64,10 @@ const NEAR: f64 = 3e-3;
 /// Coarse results nearer than this in `y` are the same valley.
 const SAME: f64 = 2e-2;
 
+/// Rows of the curvature between two looks at the budget: at most a few
+/// milliseconds.
+const ROWS_UNWATCHED: usize = 16;
+
 /// Random directions looked at before the search starts.
 const SAMPLES: usize = 96;
 
@@ -124,11 +128,8 @@ impl Exact {
         }
         let mut ranked: Vec<(f64, DVector<f64>)> = Vec::with_capacity(starts.len());
         for y in starts {
-            if evaluator.stop_reason().is_some() && !ranked.is_empty() {
-                break;
-            }
-            let value = self.memory.sample(evaluator, &y, 0.0).value();
-            ranked.push((value, y));
+            let Some(sample) = self.memory.sample(evaluator, &y, 0.0) else { break };
+            ranked.push((sample.value(), y));
         }
         ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
         self.starts = ranked.into_iter().map(|(_, y)| y).take(self.searches).collect();
@@ -147,10 +148,9 @@ impl Optimizer for Exact {
             for sharpness in COARSE {
                 y = self.memory.descend(evaluator, y, sharpness, self.tolerance);
             }
-            let value = self.memory.sample(evaluator, &y, 0.0).value();
             let known = self.valleys.iter().any(|(_, valley)| (valley - &y).amax() < SAME);
-            if !known {
-                self.valleys.push((value, y));
+            if let (false, Some(sample)) = (known, self.memory.sample(evaluator, &y, 0.0)) {
+                self.valleys.push((sample.value(), y));
             }
             return Step { mean: None, converged: false };
         }
@@ -167,11 +167,17 @@ impl Optimizer for Exact {
 
 impl Memory {
     /// Evaluates at `y` and offers the scaled candidate to the evaluator.
-    /// Constraints further than `window` below the largest are left out.
-    fn sample(&mut self, evaluator: &mut Evaluator<'_>, y: &DVector<f64>, window: f64) -> Sample {
+    /// Constraints further than `window` below the largest are left out. None
+    /// once the search has to end.
+    fn sample(
+        &mut self,
+        evaluator: &mut Evaluator<'_>,
+        y: &DVector<f64>,
+        window: f64,
+    ) -> Option<Sample> {
         self.position.clear();
         self.position.extend(y.iter().map(|y| libm::exp(*y)));
-        let violation = evaluator.homogeneous(&self.position, &mut self.ratios);
+        let violation = evaluator.homogeneous(&self.position, &mut self.ratios)?;
         let root = [|r: f64| r, f64::sqrt, libm::cbrt];
         let worst = |list: &Vec<f64>| list.iter().copied().fold(0.0, f64::max);
         let roots = self.ratios.iter().zip(root).map(|(list, root)| root(worst(list)));
@@ -194,7 +200,7 @@ impl Memory {
             }
             evaluator.offer(&self.position, sum * largest);
         }
-        sample
+        Some(sample)
     }
 
     /// Damped Newton steps (Levenberg and Marquardt) on the smooth stand-in.
@@ -206,13 +212,12 @@ impl Memory {
         tolerance: f64,
     ) -> DVector<f64> {
         let window = 30.0 / sharpness;
-        let mut here = self.sample(evaluator, &y, window);
+        let Some(mut here) = self.sample(evaluator, &y, window) else { return y };
         let mut damping = 1e-3;
         for _ in 0..40 {
-            if evaluator.stop_reason().is_some() {
+            let Some((gradient, curvature)) = self.model(evaluator, &y, &here, sharpness) else {
                 break;
-            }
-            let (gradient, curvature) = self.model(evaluator, &y, &here, sharpness);
+            };
             let value = here.smooth(sharpness);
             let mut accepted = None;
             for _ in 0..12 {
@@ -221,7 +226,7 @@ impl Memory {
                     continue;
                 };
                 let trial = &y + step;
-                let there = self.sample(evaluator, &trial, window);
+                let Some(there) = self.sample(evaluator, &trial, window) else { return y };
                 if there.smooth(sharpness) < value {
                     damping = (damping * 0.2).max(1e-9);
                     accepted = Some((trial, there));
@@ -239,14 +244,15 @@ impl Memory {
         y
     }
 
-    /// Gradient and curvature of the stand-in, from difference quotients.
+    /// Gradient and curvature of the stand-in, from difference quotients. None
+    /// once the search has to end.
     fn model(
         &mut self,
         evaluator: &mut Evaluator<'_>,
         y: &DVector<f64>,
         here: &Sample,
         sharpness: f64,
-    ) -> (DVector<f64>, DMatrix<f64>) {
+    ) -> Option<(DVector<f64>, DMatrix<f64>)> {
         let n = y.len();
         let share = DVector::from_iterator(n, y.iter().map(|y| libm::exp(y - here.log_sum)));
         let weights = here.weights(sharpness);
@@ -254,14 +260,11 @@ impl Memory {
         let mut gradient = share.clone();
         let mut shifted = y.clone();
         for i in 0..n {
-            if evaluator.stop_reason().is_some() {
-                break;
-            }
             shifted[i] += DIFFERENCE;
             // Only the raw ratios at the same indices are needed here.
             self.position.clear();
             self.position.extend(shifted.iter().map(|y| libm::exp(*y)));
-            let violation = evaluator.homogeneous(&self.position, &mut self.ratios);
+            let violation = evaluator.homogeneous(&self.position, &mut self.ratios)?;
             for (row, &(degree, index, log)) in here.near.iter().enumerate() {
                 let shifted = libm::log(self.ratios[degree][index]) / (degree + 1) as f64;
                 slopes[(row, i)] = (shifted - log) / DIFFERENCE;
@@ -275,10 +278,14 @@ impl Memory {
         gradient += &mean;
         let mut curvature = DMatrix::from_diagonal(&share) - &share * share.transpose();
         for (row, weight) in weights.iter().enumerate() {
+            // With many variables a row costs as much as many evaluations.
+            if row % ROWS_UNWATCHED == 0 && evaluator.stop_reason().is_some() {
+                return None;
+            }
             let off = slopes.row(row).transpose() - &mean;
             curvature.ger(sharpness * weight, &off, &off, 1.0);
         }
-        (gradient, curvature)
+        Some((gradient, curvature))
     }
 }
 
