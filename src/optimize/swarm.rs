@@ -111,13 +111,13 @@ impl<S: Schedule> Swarm<S> {
         let (c1, c2) = (self.cognitive, self.social);
         let best = evaluator.best_position();
         for particle in 0..self.population {
-            for d in 0..dimension {
+            for (d, g) in best.iter().enumerate() {
                 let index = particle * dimension + d;
                 let (lower, upper) = (bounds.lower[d], bounds.upper[d]);
                 let fastest = self.velocity_share * (upper - lower);
                 let x = self.position[index];
                 let (r1, r2) = (self.random.unit(), self.random.unit());
-                let pull = c1 * r1 * (self.own_best[index] - x) + c2 * r2 * (best[d] - x);
+                let pull = c1 * r1 * (self.own_best[index] - x) + c2 * r2 * (g - x);
                 let v = (phi * (w * self.velocity[index] + pull)).clamp(-fastest, fastest);
                 let moved = x + v;
                 self.position[index] = moved.clamp(lower, upper);
