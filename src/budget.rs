@@ -122,6 +122,11 @@ impl Budget {
         self
     }
 
+    /// How many more evaluations may follow `evaluations`.
+    pub fn evaluations_left(&self, evaluations: u64) -> u64 {
+        self.max_evaluations.map_or(u64::MAX, |limit| limit.saturating_sub(evaluations))
+    }
+
     /// Why the run should end after `evaluations`, if it should.
     pub fn stop_reason(&self, evaluations: u64) -> Option<StopReason> {
         if let Some(reason) = self.cancel.reason() {

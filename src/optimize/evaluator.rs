@@ -8,8 +8,11 @@ use crate::budget::{Budget, StopReason};
 /// Work below this is not worth waking another thread, ns.
 const PARALLEL_NS: f64 = 200_000.0;
 
-/// Candidates between two looks at the budget: well below a millisecond.
+/// Most candidates a thread evaluates between two looks at the budget.
 const CHUNK: usize = 64;
+
+/// Most time it should take over them, ns.
+const CHUNK_NS: f64 = 5e6;
 
 /// The objective as an optimizer sees it.
 pub struct Evaluator<'a> {
@@ -68,10 +71,15 @@ impl<'a> Evaluator<'a> {
         self.candidates[0].repair(position);
     }
 
-    /// [`Candidate::homogeneous`], counted as one evaluation.
-    pub fn homogeneous(&mut self, position: &[f64], ratios: &mut Ratios) -> f64 {
+    /// [`Candidate::homogeneous`], counted as one evaluation; none once the
+    /// search has to end. The very first evaluation is always made: a search
+    /// without any time still has something to show.
+    pub fn homogeneous(&mut self, position: &[f64], ratios: &mut Ratios) -> Option<f64> {
+        if self.evaluations > 0 && self.stop_reason().is_some() {
+            return None;
+        }
         self.evaluations += 1;
-        self.candidates[0].homogeneous(position, ratios)
+        Some(self.candidates[0].homogeneous(position, ratios))
     }
 
     /// Offers a candidate whose fitness the optimizer worked out itself.
@@ -86,7 +94,8 @@ impl<'a> Evaluator<'a> {
     /// Evaluates a population, `positions[i * dimension..]` being candidate `i`.
     ///
     /// Runs in several threads where that pays; the result does not depend on
-    /// it. Candidates beyond the budget get an infinite fitness.
+    /// it. Candidates beyond the budget get an infinite fitness; the very first
+    /// ones are evaluated even without any time.
     pub fn population(&mut self, positions: &[f64], fitness: &mut [f64]) {
         fitness.fill(f64::INFINITY);
         let dimension = self.bounds().dimension();
@@ -95,9 +104,14 @@ impl<'a> Evaluator<'a> {
         while self.candidates.len() < threads {
             self.candidates.push(self.objective.candidate());
         }
+        let chunk = ((CHUNK_NS / self.objective.evaluation_ns()) as usize).clamp(1, CHUNK);
         let mut done = 0;
-        while done < fitness.len() && self.stop_reason().is_none() {
-            let round = (CHUNK * threads).min(fitness.len() - done);
+        while done < fitness.len() && (self.evaluations == 0 || self.stop_reason().is_none()) {
+            // To the number, so that a limit gives the same result on any
+            // number of threads.
+            let left = self.budget.evaluations_left(self.evaluations);
+            let left = usize::try_from(left).unwrap_or(usize::MAX);
+            let round = (chunk * threads).min(fitness.len() - done).min(left);
             let positions = &positions[done * dimension..(done + round) * dimension];
             let fitness = &mut fitness[done..done + round];
             if threads == 1 {
@@ -105,8 +119,8 @@ impl<'a> Evaluator<'a> {
             } else {
                 self.candidates
                     .par_iter_mut()
-                    .zip(positions.par_chunks(CHUNK * dimension))
-                    .zip(fitness.par_chunks_mut(CHUNK))
+                    .zip(positions.par_chunks(chunk * dimension))
+                    .zip(fitness.par_chunks_mut(chunk))
                     .for_each(|((candidate, positions), fitness)| {
                         evaluate(candidate, dimension, positions, fitness);
                     });

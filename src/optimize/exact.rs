@@ -64,6 +64,10 @@ const NEAR: f64 = 3e-3;
 /// Coarse results nearer than this in `y` are the same valley.
 const SAME: f64 = 2e-2;
 
+/// Rows of the curvature between two looks at the budget: at most a few
+/// milliseconds.
+const ROWS_UNWATCHED: usize = 16;
+
 /// Largest difference in `y`: proportions beyond a million to one are out of
 /// reach of the arithmetic of curves.
 const WIDEST: f64 = 14.0;
@@ -155,11 +159,8 @@ impl Exact {
         }
         let mut ranked: Vec<(f64, DVector<f64>)> = Vec::with_capacity(starts.len());
         for y in starts {
-            if evaluator.stop_reason().is_some() && !ranked.is_empty() {
-                break;
-            }
-            let value = self.memory.sample(evaluator, &y, 0.0).value();
-            ranked.push((value, y));
+            let Some(sample) = self.memory.sample(evaluator, &y, 0.0) else { break };
+            ranked.push((sample.value(), y));
         }
         ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
         self.starts = ranked.into_iter().map(|(_, y)| y).take(self.searches).collect();
@@ -179,10 +180,9 @@ impl Optimizer for Exact {
             for sharpness in COARSE {
                 self.memory.descend(evaluator, &mut valley, sharpness, self.tolerance);
             }
-            let value = self.memory.sample(evaluator, &valley.y, 0.0).value();
             let known = self.valleys.iter().any(|(_, other)| (&other.y - &valley.y).amax() < SAME);
-            if !known {
-                self.valleys.push((value, valley));
+            if let (false, Some(sample)) = (known, self.memory.sample(evaluator, &valley.y, 0.0)) {
+                self.valleys.push((sample.value(), valley));
             }
             return Step { mean: None, converged: false };
         }
@@ -198,11 +198,17 @@ impl Optimizer for Exact {
 
 impl Memory {
     /// Evaluates at `y` and offers the scaled candidate to the evaluator.
-    /// Constraints further than `window` below the largest are left out.
-    fn sample(&mut self, evaluator: &mut Evaluator<'_>, y: &DVector<f64>, window: f64) -> Sample {
+    /// Constraints further than `window` below the largest are left out. None
+    /// once the search has to end.
+    fn sample(
+        &mut self,
+        evaluator: &mut Evaluator<'_>,
+        y: &DVector<f64>,
+        window: f64,
+    ) -> Option<Sample> {
         self.position.clear();
         self.position.extend(y.iter().map(|y| libm::exp(*y)));
-        let violation = evaluator.homogeneous(&self.position, &mut self.ratios);
+        let violation = evaluator.homogeneous(&self.position, &mut self.ratios)?;
         let root = [|r: f64| r, f64::sqrt, libm::cbrt];
         let worst = |list: &Vec<f64>| list.iter().copied().fold(0.0, f64::max);
         let roots = self.ratios.iter().zip(root).map(|(list, root)| root(worst(list)));
@@ -228,7 +234,7 @@ impl Memory {
             }
             evaluator.offer(&self.position, sum * largest);
         }
-        sample
+        Some(sample)
     }
 
     /// Damped Newton steps (Levenberg and Marquardt) on the smooth stand-in.
@@ -240,13 +246,10 @@ impl Memory {
         tolerance: f64,
     ) {
         let window = 30.0 / sharpness;
-        let mut here = self.sample(evaluator, &valley.y, window);
+        let Some(mut here) = self.sample(evaluator, &valley.y, window) else { return };
         let mut small = 0;
         for _ in 0..MOST_STEPS {
-            if evaluator.stop_reason().is_some() {
-                return;
-            }
-            let model = self.model(evaluator, &valley.y, &here, sharpness);
+            let Some(model) = self.model(evaluator, &valley.y, &here, sharpness) else { return };
             valley.learn(&model);
             let value = here.smooth(sharpness);
             let mut accepted = None;
@@ -261,7 +264,7 @@ impl Memory {
                     continue;
                 };
                 let trial = within_reach(&valley.y + step);
-                let there = self.sample(evaluator, &trial, window);
+                let Some(there) = self.sample(evaluator, &trial, window) else { return };
                 if there.smooth(sharpness) < value {
                     valley.damping = (valley.damping * 0.1).max(1e-8);
                     accepted = Some((trial, there));
@@ -269,7 +272,14 @@ impl Memory {
                 }
                 valley.damping *= 5.0;
             }
-            let Some((trial, there)) = accepted else { break };
+            let Some((trial, there)) = accepted else {
+                // What was learnt beyond a kink may mislead here: begin afresh once.
+                if valley.last.is_none() {
+                    break;
+                }
+                valley.forget();
+                continue;
+            };
             let gained = value - there.smooth(sharpness);
             valley.last = Some(model);
             valley.y = trial;
@@ -282,14 +292,15 @@ impl Memory {
         }
     }
 
-    /// Gradient and curvature of the stand-in, from difference quotients.
+    /// Gradient and curvature of the stand-in, from difference quotients. None
+    /// once the search has to end.
     fn model(
         &mut self,
         evaluator: &mut Evaluator<'_>,
         y: &DVector<f64>,
         here: &Sample,
         sharpness: f64,
-    ) -> Model {
+    ) -> Option<Model> {
         let n = y.len();
         let share = DVector::from_iterator(n, y.iter().map(|y| libm::exp(y - here.log_sum)));
         let weights = here.weights(sharpness);
@@ -297,14 +308,11 @@ impl Memory {
         let mut gradient = share.clone();
         let mut shifted = y.clone();
         for i in 0..n {
-            if evaluator.stop_reason().is_some() {
-                break;
-            }
             shifted[i] += DIFFERENCE;
             // Only the raw ratios at the same indices are needed here.
             self.position.clear();
             self.position.extend(shifted.iter().map(|y| libm::exp(*y)));
-            let violation = evaluator.homogeneous(&self.position, &mut self.ratios);
+            let violation = evaluator.homogeneous(&self.position, &mut self.ratios)?;
             for (row, &(degree, index, log)) in here.near.iter().enumerate() {
                 let shifted = libm::log(self.ratios[degree][index]) / (degree + 1) as f64;
                 slopes[(row, i)] = (shifted - log) / DIFFERENCE;
@@ -318,11 +326,15 @@ impl Memory {
         gradient += &mean;
         let mut curvature = DMatrix::from_diagonal(&share) - &share * share.transpose();
         for (row, weight) in weights.iter().enumerate() {
+            // With many variables a row costs as much as many evaluations.
+            if row % ROWS_UNWATCHED == 0 && evaluator.stop_reason().is_some() {
+                return None;
+            }
             let off = slopes.row(row).transpose() - &mean;
             curvature.ger(sharpness * weight, &off, &off, 1.0);
         }
         let names = here.near.iter().map(|&(degree, index, _)| (degree, index)).collect();
-        Model { y: y.clone(), gradient, curvature, names, weights, slopes }
+        Some(Model { y: y.clone(), gradient, curvature, names, weights, slopes })
     }
 }
 
@@ -330,6 +342,10 @@ impl Valley {
     fn new(y: DVector<f64>) -> Self {
         let n = y.len();
         Self { y, bend: DMatrix::zeros(n, n), damping: 1e-2, last: None }
+    }
+
+    fn forget(&mut self) {
+        *self = Self::new(std::mem::take(&mut self.y));
     }
 
     /// Learns how the constraints themselves bend from how their slopes changed
@@ -340,6 +356,9 @@ impl Valley {
         let mut change = DVector::zeros(step.len());
         let mut known = 0.0;
         for (row, name) in here.names.iter().enumerate() {
+            if here.weights[row] < 1e-6 {
+                continue;
+            }
             if let Some(old) = before.names.iter().position(|other| other == name) {
                 let slope = here.slopes.row(row) - before.slopes.row(old);
                 change.axpy(here.weights[row], &slope.transpose(), 1.0);

@@ -77,6 +77,9 @@ impl<S: Schedule> Swarm<S> {
         }
         if self.schedule.repairs_initial() {
             for particle in self.position.chunks_exact_mut(dimension) {
+                if evaluator.stop_reason().is_some() {
+                    break;
+                }
                 evaluator.repair(particle);
             }
         }
@@ -84,6 +87,20 @@ impl<S: Schedule> Swarm<S> {
         self.own_best = self.position.clone();
         self.fitness = vec![f64::INFINITY; self.population];
         self.own_fitness = self.fitness.clone();
+    }
+
+    /// Draws all particles anew: without a feasible one yet nothing pulls
+    /// them, and they would stand still for ever.
+    fn scatter(&mut self, evaluator: &Evaluator<'_>) {
+        let bounds = evaluator.bounds();
+        for particle in self.position.chunks_exact_mut(bounds.dimension()) {
+            for (x, (&lower, &upper)) in
+                particle.iter_mut().zip(bounds.lower.iter().zip(&bounds.upper))
+            {
+                *x = self.random.uniform(lower, upper);
+            }
+        }
+        self.own_best.copy_from_slice(&self.position);
     }
 
     fn fly(&mut self, evaluator: &Evaluator<'_>) {
@@ -94,14 +111,12 @@ impl<S: Schedule> Swarm<S> {
         let (c1, c2) = (self.cognitive, self.social);
         let best = evaluator.best_position();
         for particle in 0..self.population {
-            for d in 0..dimension {
+            for (d, g) in best.iter().enumerate() {
                 let index = particle * dimension + d;
                 let (lower, upper) = (bounds.lower[d], bounds.upper[d]);
                 let fastest = self.velocity_share * (upper - lower);
                 let x = self.position[index];
                 let (r1, r2) = (self.random.unit(), self.random.unit());
-                // Without a feasible candidate yet there is no group to follow.
-                let g = best.get(d).copied().unwrap_or(x);
                 let pull = c1 * r1 * (self.own_best[index] - x) + c2 * r2 * (g - x);
                 let v = (phi * (w * self.velocity[index] + pull)).clamp(-fastest, fastest);
                 let moved = x + v;
@@ -129,7 +144,11 @@ impl<S: Schedule> Optimizer for Swarm<S> {
             self.initialize(evaluator);
         } else {
             self.iteration += 1;
-            self.fly(evaluator);
+            if evaluator.best_position().is_empty() {
+                self.scatter(evaluator);
+            } else {
+                self.fly(evaluator);
+            }
         }
         evaluator.population(&self.position, &mut self.fitness);
         self.remember(evaluator.bounds().dimension());

@@ -5,6 +5,12 @@ use crate::fault::Faults;
 use crate::robot::{Provenance, Robot};
 use crate::trajectory::{DERIVATIVES, JointBounds, Limit};
 
+/// Smallest derivative limit: any below would lead to durations beyond any use.
+const SMALLEST: f64 = 1e-9;
+
+/// Largest derivative limit: the powers of any above would overflow.
+const LARGEST: f64 = 1e12;
+
 /// Where a limit of the request itself comes from.
 const REQUEST: &str = "request";
 
@@ -35,7 +41,14 @@ pub fn resolve(
         ];
         let mut limits = [None, None, None];
         for (order, limit) in limits.iter_mut().enumerate() {
-            *limit = scaled(one(kinds[order], index, derivatives[order]), factors[order]);
+            let unscaled = one(kinds[order], index, derivatives[order]);
+            let large = unscaled.as_ref().is_some_and(|limit| limit.value >= SMALLEST);
+            *limit = scaled(unscaled, factors[order]);
+            if let (true, Some(limit)) = (large, limit.as_ref().filter(|l| l.value < SMALLEST)) {
+                let (name, value) = (&joint.name, limit.value);
+                let detail = format!("{name}'s limit becomes {value:e}, below {SMALLEST:e}");
+                faults.add(format!("/limit_scale/{}", DERIVATIVES[order]), detail);
+            }
         }
         JointBounds {
             name: joint.name.clone(),
@@ -90,9 +103,9 @@ fn check_overrides(robot: &Robot, overrides: &LimitOverrides, faults: &mut Fault
         let mut check = |pointer: String, value: f64, whose: &str| {
             if !value.is_finite() {
                 faults.add(pointer, format!("{name} limit{whose} is {value}, not a finite number"));
-            } else if positive && !(1e-9..=1e12).contains(&value) {
+            } else if positive && !(SMALLEST..=LARGEST).contains(&value) {
                 let detail = format!(
-                    "{name} limit{whose} is {value}, not a positive number (1e-9 to 1e12); null means no limit"
+                    "{name} limit{whose} is {value}, not a positive number ({SMALLEST:e} to {LARGEST:e}); null means no limit"
                 );
                 faults.add(pointer, detail);
             }

@@ -28,6 +28,15 @@ pub const MAX_WAYPOINTS: usize = 500;
 /// Most legs of a program.
 pub const MAX_LEGS: usize = 100;
 
+/// Largest position taken, rad or m: beyond it, rounding alone is a visible motion.
+const LARGEST_POSITION: f64 = 1e9;
+
+/// A change of position below this counts as none, rad or m.
+pub(super) const LEAST_WAY: f64 = 1e-12;
+
+/// Most variables of one population: more would only fill the memory.
+const MAX_POPULATION_VARIABLES: f64 = 2e6;
+
 /// Longest durations taken, s: about eleven days.
 const LONGEST: f64 = 1e6;
 
@@ -101,9 +110,10 @@ pub fn validate(
         }
         Task::Program(task) => check.program(task, &mut faults).map(PreparedTask::Program),
     };
-    let Some(task) = task else { return Err(faults) };
     let seed = request.seed;
-    faults.into_result(()).map(|()| PreparedPlan { robot, limits, seed, task })
+    // A task that is none has at least one fault.
+    let prepared = |task| PreparedPlan { robot, limits, seed, task };
+    faults.into_result(task)?.map(prepared).ok_or_else(Faults::default)
 }
 
 /// The robot a request names or describes.
@@ -156,6 +166,9 @@ impl Check<'_> {
             return None;
         };
         check_durations(task, pointer, faults);
+        if let Some(settings) = &settings {
+            check_population(task, settings, pointer, faults);
+        }
         if faults.0.len() == before {
             self.fit(task, interpolation, pointer, faults);
         }
@@ -196,7 +209,10 @@ impl Check<'_> {
             for (joint, value) in waypoint.iter().enumerate() {
                 self.position(index, joint, *value, format!("{place}/{joint}"), faults);
             }
-            if index > 0 && waypoints[index - 1] == *waypoint {
+            let ways = |before: &Vec<f64>| {
+                before.iter().zip(waypoint).map(|(from, to)| (to - from).abs()).fold(0.0, f64::max)
+            };
+            if index > 0 && ways(&waypoints[index - 1]) < LEAST_WAY {
                 let before = index - 1;
                 let detail = format!(
                     "waypoints {before} and {index} are equal: every segment must move a joint"
@@ -210,6 +226,13 @@ impl Check<'_> {
         let JointBounds { name, unit, lower, upper, .. } = &self.limits[joint];
         if !value.is_finite() {
             faults.add(place, format!("waypoint {index}, {name}: {value} is not a finite number"));
+            return;
+        }
+        if value.abs() > LARGEST_POSITION {
+            let detail = format!(
+                "waypoint {index}, {name}: {value:e} {unit} is beyond ±{LARGEST_POSITION:e} {unit}"
+            );
+            faults.add(place, detail);
             return;
         }
         for (limit, word, broken) in [
@@ -380,6 +403,18 @@ fn check_closed_form(task: &WaypointsTask, name: &str, pointer: &str, faults: &m
     }
 }
 
+fn check_population(task: &WaypointsTask, settings: &Settings, pointer: &str, faults: &mut Faults) {
+    let Some(population) = settings.optional("population") else { return };
+    let segments = task.waypoints.len().saturating_sub(1);
+    if population * segments as f64 > MAX_POPULATION_VARIABLES {
+        let detail = format!(
+            "{population} candidates of {segments} durations each are too many; at most \
+             {MAX_POPULATION_VARIABLES:e} durations together"
+        );
+        faults.add(format!("{pointer}/optimizer/population"), detail);
+    }
+}
+
 fn check_durations(task: &WaypointsTask, pointer: &str, faults: &mut Faults) {
     if let Some(DurationRange { min, max }) = task.durations {
         let place = format!("{pointer}/durations");
@@ -482,10 +517,12 @@ impl PreparedWaypoints {
     }
 }
 
-/// A position limit exceeded between waypoints, as an error.
-pub(super) fn position_error(violation: &crate::trajectory::Violation) -> PlanError {
-    PlanError::unreachable(
-        format!("the curve leaves the position limits between waypoints: {}", violation.detail),
-        json!(violation),
-    )
+/// A limit the finished plan exceeds, as an error.
+pub(super) fn violation_error(violation: &crate::trajectory::Violation) -> PlanError {
+    let what = if violation.limit == "position" {
+        "the curve leaves the position limits between waypoints"
+    } else {
+        "the plan cannot be made lawful"
+    };
+    PlanError::unreachable(format!("{what}: {}", violation.detail), json!(violation))
 }

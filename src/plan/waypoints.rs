@@ -5,8 +5,8 @@ use std::cell::Cell;
 use serde_json::json;
 
 use super::error::PlanError;
-use super::prepare::{PreparedPlan, PreparedWaypoints, Progress, position_error};
-use super::request::{Clock, ConstraintHandling, Constraints, DurationGoal};
+use super::prepare::{LEAST_WAY, PreparedPlan, PreparedWaypoints, Progress, violation_error};
+use super::request::{Clock, ConstraintHandling, Constraints, DurationGoal, DurationRange};
 use super::result::{Binding, JointOptimum, PlanMetrics, PlanResult, TrajectoryResult};
 use crate::budget::{Budget, StopReason};
 use crate::math::polynomial::{Extremes, integral_of_square, value};
@@ -20,6 +20,13 @@ use crate::trajectory::{Certificate, DERIVATIVES, JointBounds, LowerBound, Traje
 /// A peak this near its limit binds.
 const BINDING_RATIO: f64 = 0.999;
 
+/// Polynomials a plan may have to be certified even though it was cancelled:
+/// more would delay the end by more than a few hundredths of a second.
+const SHOWN_WHEN_CANCELLED: usize = 2_000;
+
+/// How far rounding may carry a duration out of its range, relative.
+const RANGE_TOLERANCE: f64 = 1e-9;
+
 /// Plans one waypoint task.
 pub fn plan(
     plan: &PreparedPlan,
@@ -29,21 +36,20 @@ pub fn plan(
     progress: &dyn Fn(Progress),
 ) -> Result<TrajectoryResult, PlanError> {
     let run = Run { task, limits: &plan.limits, seed, budget, progress };
+    let stopped = || budget.stop_reason(0).and_then(PlanError::stopped);
     let timed = match &task.interpolation.timing {
         Timing::Search(kernel) => run.search(*kernel)?,
         Timing::ClosedForm(profile) => run.closed_form(*profile),
     };
-    let timed = run.reach_goal(timed)?;
+    // A search that was ended says nothing about what the limits admit.
+    let timed = run.reach_goal(timed).map_err(|error| stopped().unwrap_or(error))?;
+    run.check_computable(&timed)?;
+    let range = run.check_range(&timed.durations);
     let result = run.assemble(plan, timed);
-    if let Some(stopped) = budget.stop_reason(0).and_then(PlanError::stopped) {
-        return Err(stopped.with_partial(PlanResult::Trajectory(Box::new(result))));
-    }
-    let beyond = result.certificate.violations.iter().find(|v| v.limit == "position");
-    match beyond {
-        Some(violation) => {
-            let error = position_error(violation);
-            Err(error.with_partial(PlanResult::Trajectory(Box::new(result))))
-        }
+    let full = task.constraints == Constraints::Full;
+    let beyond = result.certificate.violations.iter().find(|v| full || v.limit == "position");
+    match stopped().or(beyond.map(violation_error)).or(range.err()) {
+        Some(error) => Err(error.with_partial(PlanResult::Trajectory(Box::new(result)))),
         None => Ok(result),
     }
 }
@@ -93,17 +99,22 @@ impl Run<'_> {
         TimingProblem::new(kernel, &waypoints, &limits, handling, range)
     }
 
+    /// The run's budget within the optimizer's own limits, from now.
+    fn search_budget(&self) -> Budget {
+        let settings = &self.task.settings;
+        let time_limit = settings.optional("time_limit_s").map(std::time::Duration::from_secs_f64);
+        let evaluations = settings.optional("max_evaluations").map(|limit| limit as u64);
+        self.budget.clone().with_time_limit(time_limit).with_max_evaluations(evaluations)
+    }
+
     fn minimize(
         &self,
         problem: &TimingProblem,
         seed: u64,
+        budget: &Budget,
         before: (u64, u64),
     ) -> Result<(Vec<f64>, Solution), PlanError> {
         let settings = &self.task.settings;
-        let time_limit = settings.optional("time_limit_s").map(std::time::Duration::from_secs_f64);
-        let evaluations = settings.optional("max_evaluations").map(|limit| limit as u64);
-        let budget =
-            self.budget.clone().with_time_limit(time_limit).with_max_evaluations(evaluations);
         let mut optimizer = (self.task.optimizer.build)(settings, problem, seed);
         let lower = LowerBound::of(&self.task.waypoints, self.limits, 1.0).map(|b| b.lower);
         let mut report = |point: &ConvergencePoint| {
@@ -118,7 +129,7 @@ impl Run<'_> {
             });
         };
         let iterations = settings.integer("iterations");
-        let solution = minimize(problem, optimizer.as_mut(), iterations, &budget, &mut report);
+        let solution = minimize(problem, optimizer.as_mut(), iterations, budget, &mut report);
         match &solution.position {
             Some(position) => Ok((problem.decode(position), solution)),
             None => Err(PlanError::stopped(solution.stop_reason)
@@ -132,15 +143,29 @@ impl Run<'_> {
         let problem = self.problem(kernel, &all);
         let natural = problem.natural();
         let initial_duration = problem.scale(natural) * natural.iter().sum::<f64>();
+        let budget = self.search_budget();
         let (durations, solution, per_joint) = match self.task.clock {
             Clock::Shared => {
-                let (durations, solution) = self.minimize(&problem, self.seed, (0, 0))?;
+                let (durations, solution) = self.minimize(&problem, self.seed, &budget, (0, 0))?;
                 (durations, solution, None)
             }
-            Clock::PerJoint => self.each_joint_alone(kernel, &problem)?,
+            Clock::PerJoint => self.each_joint_alone(kernel, &problem, &budget)?,
         };
+        self.still_wanted()?;
         let (durations, trajectory) = self.lawful(&problem, durations);
         Ok(Timed { durations, trajectory, initial_duration, solution, per_joint })
+    }
+
+    /// A run that was interrupted is planned again, and one that was cancelled
+    /// has to end soon: neither is worth certifying a large plan.
+    fn still_wanted(&self) -> Result<(), PlanError> {
+        let large = self.task.waypoints.len() * self.limits.len() > SHOWN_WHEN_CANCELLED;
+        let unwanted = self.budget.stop_reason(0).filter(|reason| match reason {
+            StopReason::Interrupted => true,
+            StopReason::Cancelled => large,
+            _ => false,
+        });
+        unwanted.and_then(PlanError::stopped).map_or(Ok(()), Err)
     }
 
     /// Each joint alone, then per segment the largest time over the joints that
@@ -150,20 +175,23 @@ impl Run<'_> {
         &self,
         kernel: &'static dyn Kernel,
         shared: &TimingProblem,
+        budget: &Budget,
     ) -> Result<Found, PlanError> {
         let waypoints = &self.task.waypoints;
         let mut durations = vec![0.0f64; waypoints.len() - 1];
         let mut optima = Vec::new();
         let mut total: Option<Solution> = None;
         for (joint, limit) in self.limits.iter().enumerate() {
-            let moves = |segment: usize| waypoints[segment][joint] != waypoints[segment + 1][joint];
+            let way = |at: usize| (waypoints[at + 1][joint] - waypoints[at][joint]).abs();
+            let moves = |segment: usize| way(segment) >= LEAST_WAY;
             if !(0..durations.len()).any(moves) {
                 continue;
             }
+            self.still_wanted()?;
             let before = total.as_ref().map_or((0, 0), |t| (t.iterations, t.evaluations));
             let problem = self.problem(kernel, &[joint]);
             let seed = derive_seed(self.seed, joint as u64);
-            let (alone, solution) = self.minimize(&problem, seed, before)?;
+            let (alone, solution) = self.minimize(&problem, seed, budget, before)?;
             for (segment, (longest, t)) in durations.iter_mut().zip(&alone).enumerate() {
                 if moves(segment) {
                     *longest = longest.max(*t);
@@ -284,6 +312,32 @@ impl Run<'_> {
             }
         }
         Ok(timed)
+    }
+
+    /// Some plans are right on paper but nothing a computer can follow, as
+    /// where a segment is too short for time to go on.
+    fn check_computable(&self, timed: &Timed) -> Result<(), PlanError> {
+        let valid = timed.trajectory.validate(self.limits.len());
+        valid.map_err(|error| {
+            let message = format!(
+                "the durations differ too much, or are too extreme, to compute with: {error}"
+            );
+            PlanError::unreachable(message, json!({ "durations": timed.durations }))
+        })
+    }
+
+    /// The search keeps its range; what follows it may have to leave it.
+    fn check_range(&self, durations: &[f64]) -> Result<(), PlanError> {
+        let Some(DurationRange { min, max }) = self.task.range else { return Ok(()) };
+        let lawful = min * (1.0 - RANGE_TOLERANCE)..=max * (1.0 + RANGE_TOLERANCE);
+        let outside = durations.iter().enumerate().find(|(_, t)| !lawful.contains(*t));
+        let Some((segment, t)) = outside else { return Ok(()) };
+        let message = format!(
+            "segment {segment} would last {t:.6} s, outside the search range of {min} to {max} s; \
+             widen `durations`"
+        );
+        let details = json!({ "segment": segment, "duration": t, "min": min, "max": max });
+        Err(PlanError::unreachable(message, details))
     }
 
     fn assemble(&self, plan: &PreparedPlan, timed: Timed) -> TrajectoryResult {

@@ -12,15 +12,20 @@ use crate::math::polynomial::{Extremes, derivative_at};
 pub const LAWFUL_TOLERANCE: f64 = 1e-9;
 
 /// A derivative counts as continuous if it jumps by no more than this share of
-/// its own peak in the two pieces that meet.
+/// its own peak in the two pieces that meet. Of a position far from zero not
+/// the whole counts: at most 1 rad or m, or the way travelled there.
 const JUMP_TOLERANCE: f64 = 1e-6;
+
+/// What rounding may add to a jump of the position, relative to the position.
+const POSITION_ROUNDING: f64 = 1e-13;
 
 /// What a trajectory, as delivered, does to every limit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Certificate {
     /// True if no known limit is exceeded at any time.
     pub lawful: bool,
-    /// Largest ratio of a velocity, acceleration or jerk peak to its limit.
+    /// Largest ratio of a finite velocity, acceleration or jerk peak to its
+    /// limit; infinite peaks are among the violations.
     pub worst_ratio: f64,
     /// Highest derivative that is continuous at every inner breakpoint
     /// (0 position, 1 velocity, ...); the polynomial degree if there is none.
@@ -166,7 +171,9 @@ struct Largest {
 }
 
 impl Largest {
+    /// A value that cannot be computed counts as infinite.
     fn include(&mut self, value: f64, at: f64) {
+        let value = if value.is_nan() { f64::INFINITY } else { value };
         if value > self.value {
             *self = Self { value, at };
         }
@@ -278,8 +285,16 @@ fn first_jump(pieces: [&[f64]; 2], extremes: [&Extremes; 2], length: f64) -> Opt
     let [left, right] = pieces;
     (0..extremes[0].orders().max(extremes[1].orders())).find(|&order| {
         let jump = derivative_at(left, order, length) - derivative_at(right, order, 0.0);
-        let [a, b] = extremes.map(|extremes| extremes.of(order).peak().0);
-        jump.abs() > JUMP_TOLERANCE * a.max(b)
+        let [a, b] = extremes.map(|extremes| extremes.of(order));
+        let peak = a.peak().0.max(b.peak().0);
+        let tolerance = if order == 0 {
+            let way = a.max.max(b.max) - a.min.min(b.min);
+            JUMP_TOLERANCE * peak.min(way.max(1.0)) + POSITION_ROUNDING * peak
+        } else {
+            JUMP_TOLERANCE * peak
+        };
+        // What cannot be computed is not continuous.
+        jump.is_nan() || jump.abs() > tolerance
     })
 }
 
@@ -347,7 +362,11 @@ fn waypoint_error(trajectory: &Trajectory, waypoints: &[(f64, &[f64])]) -> Optio
     for (t, waypoint) in waypoints {
         trajectory.sample(*t, &mut state);
         for (reached, wanted) in state.position.iter().zip(*waypoint) {
-            worst = Some((reached - wanted).abs().max(worst.unwrap_or(0.0)));
+            let error = (reached - wanted).abs();
+            // Not-a-number is the largest error of all.
+            worst = Some(worst.map_or(error, |worst: f64| {
+                if error.is_nan() || worst.is_nan() { f64::NAN } else { worst.max(error) }
+            }));
         }
     }
     worst

@@ -10,7 +10,12 @@ use std::marker::PhantomData;
 
 use pulp::{Arch, WithSimd};
 
+use super::certificate::LAWFUL_TOLERANCE;
 use crate::math::lanes::{Lanes, Simd, Vector, WIDTH, registers};
+
+/// How far a curve may pass a position limit, relative to the limit or to 1:
+/// by rounding alone where a waypoint lies on it. Below what the certificate allows.
+const POSITION_SLACK: f64 = 0.1 * LAWFUL_TOLERANCE;
 
 /// One segment of eight joints: coefficients of `u^0` to `u^5`.
 pub type Piece = [Lanes; 6];
@@ -63,7 +68,10 @@ impl JointLanes {
             (0..groups).map(|group| group_of(&values, group, 0.0)).collect()
         };
         let bound = |side: usize, group: usize| {
-            let values: Vec<f64> = limits.iter().map(|limit| limit.position[side]).collect();
+            let outwards = if side == 0 { -POSITION_SLACK } else { POSITION_SLACK };
+            let widened = |limit: f64| limit + outwards * limit.abs().max(1.0);
+            let values: Vec<f64> =
+                limits.iter().map(|limit| widened(limit.position[side])).collect();
             group_of(&values, group, if side == 0 { f64::NEG_INFINITY } else { f64::INFINITY })
         };
         let limited = limits.iter().any(|limit| limit.position.iter().any(|p| p.is_finite()));

@@ -41,6 +41,18 @@ pub enum TrajectoryError {
         /// Its value, s.
         value: f64,
     },
+    /// A piece is too short or too long to compute with.
+    #[error(
+        "piece {piece} lasts {length:e} s; {:e} to {:e} s are possible",
+        Trajectory::SHORTEST_PIECE,
+        Trajectory::LONGEST_PIECE
+    )]
+    PieceLength {
+        /// Index of the piece.
+        piece: usize,
+        /// Its duration, s.
+        length: f64,
+    },
     /// A piece has the wrong number of joints.
     #[error("piece {piece} has {found} joints, not {expected}")]
     JointCount {
@@ -64,8 +76,9 @@ pub enum TrajectoryError {
         /// Coefficients found.
         found: usize,
     },
-    /// A number is not finite.
-    #[error("piece {piece}, joint {joint}: coefficient {power} is not finite")]
+    /// A coefficient is not finite, or what it contributes by the end of its
+    /// piece is beyond computing.
+    #[error("piece {piece}, joint {joint}: coefficient {power} is not finite or far too large")]
     NotFinite {
         /// Index of the piece.
         piece: usize,
@@ -107,6 +120,15 @@ impl Trajectory {
     /// interpolation in use and keeps root finding well conditioned.
     pub const MAX_COEFFICIENTS: usize = polynomial::MAX_COEFFICIENTS;
 
+    /// Shortest piece, s: any shorter, and the powers of its duration vanish.
+    pub const SHORTEST_PIECE: f64 = 1e-12;
+
+    /// Longest piece, s: any longer, and the powers of its duration overflow.
+    pub const LONGEST_PIECE: f64 = 1e12;
+
+    /// Most a single power may contribute to a position, rad or m.
+    const LARGEST_TERM: f64 = 1e100;
+
     /// Checks that the numbers make a trajectory of `dof` joints.
     ///
     /// # Errors
@@ -129,6 +151,10 @@ impl Trajectory {
             before = value;
         }
         for (piece, joints) in self.pieces.iter().enumerate() {
+            let length = self.breakpoints[piece + 1] - self.breakpoints[piece];
+            if !(Self::SHORTEST_PIECE..=Self::LONGEST_PIECE).contains(&length) {
+                return Err(TrajectoryError::PieceLength { piece, length });
+            }
             if joints.len() != dof {
                 return Err(TrajectoryError::JointCount {
                     piece,
@@ -141,7 +167,13 @@ impl Trajectory {
                 if found == 0 || found > Self::MAX_COEFFICIENTS {
                     return Err(TrajectoryError::CoefficientCount { piece, joint, found });
                 }
-                if let Some(power) = coefficients.iter().position(|c| !c.is_finite()) {
+                let mut scale = 1.0;
+                let computable = |c: &f64| {
+                    let term = c.abs() * scale;
+                    scale *= length;
+                    c.is_finite() && term <= Self::LARGEST_TERM
+                };
+                if let Some(power) = coefficients.iter().map(computable).position(|fine| !fine) {
                     return Err(TrajectoryError::NotFinite { piece, joint, power });
                 }
             }

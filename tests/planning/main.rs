@@ -4,7 +4,10 @@
 #![expect(clippy::unwrap_used, clippy::panic, reason = "a test that cannot go on says where")]
 
 mod certificates;
+mod extremes;
 mod golden;
+mod honesty;
+mod kernel;
 mod limits;
 mod optimizers;
 mod snapshots;
