@@ -31,7 +31,7 @@ const LONGEST_WAIT_S: u64 = 60;
 #[utoipa::path(
     post, path = "/v1/jobs", tag = "jobs",
     request_body(content = JobRequest, examples(
-        ("shortest" = (summary = "The least that makes a job", value = json!(examples::job()))),
+        ("minimal" = (summary = "The least that makes a job", value = json!(examples::job()))),
         ("published" = (
             summary = "A published method, own limits, labels",
             value = json!(examples::published_job())

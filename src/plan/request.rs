@@ -55,6 +55,7 @@ pub const TASKS: &[&str] = &["waypoints", "program"];
 #[serde(deny_unknown_fields)]
 pub struct WaypointsTask {
     /// At least two configurations in joint order; rad or m.
+    #[schema(min_items = 2)]
     pub waypoints: Vec<Vec<f64>>,
     /// Interpolation by registry name.
     #[serde(default = "default_interpolation")]
@@ -86,7 +87,8 @@ fn default_interpolation() -> String {
 /// Several tasks, one after the other; each starts where the one before ended.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct ProgramTask {
-    /// The legs in order.
+    /// The legs in order; 1 to 100.
+    #[schema(min_items = 1, max_items = 100)]
     pub legs: Vec<Leg>,
 }
 
