@@ -58,7 +58,7 @@ fn parse(name: &str, text: &str) -> Result<Value, Failure> {
         let message = message.trim_end_matches(&format!(" at line {line} column {column}"));
         let shown = text.lines().nth(line.saturating_sub(1)).unwrap_or_default();
         let note = (shown.chars().count() <= 100).then(|| shown.trim().to_owned());
-        Failure::input(format!("{name}:{line}:{column}: {message}"))
+        Failure::input(format!("{name}:{line}:{column}: not JSON: {message}"))
             .with_notes(note.filter(|note| !note.is_empty()))
     })
 }

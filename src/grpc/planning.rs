@@ -107,9 +107,9 @@ impl proto::planning_service_server::PlanningService for Planning {
 }
 
 fn job_id(text: String) -> Result<JobId, ServiceError> {
-    text.parse().map_err(|error| {
+    text.parse().map_err(|_| {
         let mut faults = Faults::default();
-        faults.add("/id", format!("{text:?} is not a job's id: {error}"));
+        faults.add("/id", format!("`{text}` is not the id of a job"));
         faults.into()
     })
 }

@@ -117,7 +117,7 @@ impl<S: Send + Sync> FromRequestParts<S> for NamePath {
 pub(super) struct Parameters {
     given: Vec<(String, String)>,
     faults: Vec<ProblemFault>,
-    known: Vec<&'static str>,
+    known: Vec<String>,
 }
 
 impl<S: Send + Sync> FromRequestParts<S> for Parameters {
@@ -133,7 +133,7 @@ impl<S: Send + Sync> FromRequestParts<S> for Parameters {
 impl Parameters {
     /// The value of `name`; giving it twice is a fault.
     pub(super) fn text(&mut self, name: &'static str) -> Option<String> {
-        self.known.push(name);
+        self.known.push(name.to_owned());
         let mut values = self.given.extract_if(.., |(given, _)| given == name).map(|pair| pair.1);
         let first = values.next();
         if values.count() > 0 {
@@ -171,6 +171,7 @@ impl Parameters {
 
     /// All values whose names start with `prefix`, by the rest of their names.
     pub(super) fn prefixed(&mut self, prefix: &'static str) -> BTreeMap<String, String> {
+        self.known.push(format!("{prefix}KEY"));
         let matching = self.given.extract_if(.., |(given, _)| given.starts_with(prefix));
         matching.map(|(name, value)| (name[prefix.len()..].to_owned(), value)).collect()
     }

@@ -8,6 +8,7 @@ use axum::response::{IntoResponse, Response};
 use http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
 
 use super::Edge;
+use super::examples;
 use super::input::{JobPath, JsonBody, NoParameters, Parameters};
 use super::problem::{Problem, ProblemFault, Problems};
 use crate::job::{Job, JobFilter, JobPage, JobState};
@@ -28,7 +29,15 @@ const LONGEST_WAIT_S: u64 = 60;
 /// waits up to N seconds (at most 60): 200 with the result if the job succeeds
 /// in time, else 202 with the job as it is then.
 #[utoipa::path(
-    post, path = "/v1/jobs", tag = "jobs", request_body = JobRequest,
+    post, path = "/v1/jobs", tag = "jobs",
+    request_body(content = JobRequest, examples(
+        ("minimal" = (summary = "The least that makes a job", value = json!(examples::job()))),
+        ("published" = (
+            summary = "A published method, own limits, labels",
+            value = json!(examples::published_job())
+        )),
+        ("program" = (summary = "Several motions in order", value = json!(examples::program_job()))),
+    )),
     params(
         ("Prefer" = Option<String>, Header, description = "`wait=5` waits up to 5 s for the result"),
         ("Idempotency-Key" = Option<String>, Header,
@@ -114,7 +123,8 @@ pub(super) fn json_text(text: String) -> Response {
     params(
         ("state" = Option<JobState>, Query, description = "Only jobs in this state"),
         ("label.KEY" = Option<String>, Query, description = "Only jobs whose label KEY has this value"),
-        ("page_size" = Option<usize>, Query, description = "1 to 500, default 50"),
+        ("page_size" = Option<usize>, Query, minimum = 1, maximum = 500,
+            description = "1 to 500, default 50"),
         ("page_token" = Option<String>, Query, description = "`next_page_token` of the page before"),
     ),
     responses((status = 200, description = "A page of jobs", body = JobPage), Problems),

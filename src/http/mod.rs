@@ -2,6 +2,7 @@
 
 mod door;
 mod events;
+mod examples;
 mod input;
 mod jobs;
 mod operations;
@@ -9,6 +10,7 @@ mod problem;
 mod registry;
 mod results;
 mod robots;
+mod schemas;
 
 use std::any::Any;
 
@@ -19,7 +21,7 @@ use axum::routing::get;
 use tower_http::catch_panic::CatchPanicLayer;
 use tower_http::compression::CompressionLayer;
 use tower_http::decompression::RequestDecompressionLayer;
-use utoipa::OpenApi;
+use utoipa::{OpenApi, openapi};
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 use utoipa_swagger_ui::SwaggerUi;
@@ -84,11 +86,17 @@ fn guarded(router: Router) -> Router {
 }
 
 /// The description of the REST edge as OpenAPI 3.1.
-pub fn api_description() -> utoipa::openapi::OpenApi {
+pub fn api_description() -> openapi::OpenApi {
     api_routes().into_openapi()
 }
 
 fn api_routes() -> OpenApiRouter<Edge> {
+    let mut router = described_routes();
+    schemas::open_composed(router.get_openapi_mut());
+    router
+}
+
+fn described_routes() -> OpenApiRouter<Edge> {
     OpenApiRouter::with_openapi(ApiDescription::openapi())
         .routes(routes!(jobs::create, jobs::list))
         .routes(routes!(jobs::get, jobs::delete))

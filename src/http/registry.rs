@@ -7,6 +7,7 @@ use serde::Serialize;
 use utoipa::ToSchema;
 
 use super::Edge;
+use super::examples;
 use super::input::{JsonBody, NamePath, NoParameters};
 use super::problem::{Problem, Problems};
 use crate::optimize::OptimizerInfo;
@@ -69,7 +70,7 @@ pub(super) async fn scenarios(State(edge): State<Edge>, _: NoParameters) -> Resp
 /// Get a scenario
 #[utoipa::path(
     get, path = "/v1/scenarios/{name}", tag = "methods",
-    params(("name" = String, Path, description = "The scenario's name")),
+    params(("name" = String, Path, example = "mcb-ab", description = "The scenario's name")),
     responses((status = 200, description = "The scenario", body = Scenario), Problems),
 )]
 pub(super) async fn scenario(
@@ -83,7 +84,7 @@ pub(super) async fn scenario(
 /// Get a scenario's request, ready to be sent to /v1/jobs
 #[utoipa::path(
     get, path = "/v1/scenarios/{name}/request", tag = "methods",
-    params(("name" = String, Path, description = "The scenario's name")),
+    params(("name" = String, Path, example = "mcb-ab", description = "The scenario's name")),
     responses((status = 200, description = "The request", body = crate::plan::PlanRequest), Problems),
 )]
 pub(super) async fn scenario_request(
@@ -110,7 +111,7 @@ fn find(edge: &Edge, name: &str) -> Result<&'static Scenario, Problem> {
 /// Exact extrema of position, velocity, acceleration and jerk against the
 /// robot's limits, over continuous time.
 #[utoipa::path(
-    post, path = "/v1/verify", tag = "results", request_body = VerifyRequest,
+    post, path = "/v1/verify", tag = "results", request_body(content = VerifyRequest, example = examples::trajectory_to_verify),
     responses((status = 200, description = "The certificate", body = Certificate), Problems),
 )]
 pub(super) async fn verify(

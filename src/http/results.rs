@@ -41,13 +41,9 @@ impl<'a> Parts<'a> {
         Ok(Self { sections: vec![section], legs: false })
     }
 
-    /// One `view` of the trajectory, or a list of them with the legs' names,
-    /// as JSON.
-    fn json<T: Serialize>(
-        &self,
-        view: impl Fn(&'a TrajectoryResult) -> T,
-    ) -> Result<Response, Problem> {
-        json(&match &self.sections[..] {
+    /// One `view` of the trajectory, or a list of them with the legs' names.
+    fn views<T>(&self, view: impl Fn(&'a TrajectoryResult) -> T) -> Views<T> {
+        match &self.sections[..] {
             [only] if !self.legs => Views::One(view(only.result)),
             sections => {
                 let views = sections.iter().map(|section| LegView {
@@ -57,7 +53,15 @@ impl<'a> Parts<'a> {
                 });
                 Views::Legs { legs: views.collect() }
             }
-        })
+        }
+    }
+
+    /// [`views`](Self::views) as JSON.
+    fn json<T: Serialize>(
+        &self,
+        view: impl Fn(&'a TrajectoryResult) -> T,
+    ) -> Result<Response, Problem> {
+        json(&self.views(view))
     }
 
     /// All trajectories on one time axis.
@@ -103,6 +107,18 @@ pub(super) struct Polynomials {
     /// Breakpoints and coefficients.
     #[serde(flatten)]
     trajectory: Trajectory,
+}
+
+/// A trajectory as JSON, in the form asked for.
+#[derive(Serialize, ToSchema)]
+#[serde(untagged)]
+enum TrajectoryDocument {
+    /// Exact: breakpoints and coefficients.
+    Polynomial(Views<Polynomials>),
+    /// Sampled at the rate asked for.
+    Samples(Samples),
+    /// Sampled, in the shape of ROS' trajectory_msgs/JointTrajectory.
+    JointTrajectory(JointTrajectory),
 }
 
 /// Reads a job's result and makes something of it, on a thread that may
@@ -193,7 +209,8 @@ fn leg(mut query: Parameters) -> Result<Option<String>, Problem> {
 }
 
 /// How a trajectory is written.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, ToSchema)]
+#[schema(rename_all = "snake_case")]
 enum Format {
     Polynomial,
     Samples,
@@ -210,17 +227,15 @@ enum Format {
     get, path = "/v1/jobs/{id}/trajectory", tag = "results",
     params(
         ("id" = String, Path, format = "uuid", description = "The job's id"),
-        ("format" = Option<String>, Query,
+        ("format" = inline(Option<Format>), Query,
             description = "`polynomial` (default), `samples`, `csv` or `joint_trajectory`"),
-        ("rate_hz" = Option<f64>, Query, description = "Samples per second, above 0 to 10000; default 250"),
+        ("rate_hz" = Option<f64>, Query, exclusive_minimum = 0, maximum = 10_000,
+            description = "Samples per second, above 0 to 10000; default 250"),
         ("leg" = Option<String>, Query, description = "One leg of a program; default all"),
     ),
     responses(
         (status = 200, description = "The trajectory", content(
-            (Views<Polynomials> = "application/json"),
-            (Samples = "application/json; format=samples"),
-            (JointTrajectory = "application/json; format=joint_trajectory"),
-            (String = "text/csv"),
+            (TrajectoryDocument = "application/json"), (String = "text/csv"),
         )),
         Problems,
     ),
@@ -265,16 +280,18 @@ fn write_trajectory(
             Problem::parameters(vec![ProblemFault::parameter("rate_hz", error.to_string())])
         })
     };
-    match format {
-        Format::Polynomial => parts.json(|part| Polynomials {
+    json(&match format {
+        Format::Polynomial => TrajectoryDocument::Polynomial(parts.views(|part| Polynomials {
             joint_names: part.joint_names.clone(),
             joint_units: part.joint_units.clone(),
             trajectory: part.trajectory.clone(),
-        }),
-        Format::Samples => json(&samples()?),
-        Format::JointTrajectory => json(&samples()?.to_joint_trajectory()),
-        Format::Csv => Ok(csv(&format!("takt-{id}.csv"), samples()?.to_csv())),
-    }
+        })),
+        Format::Samples => TrajectoryDocument::Samples(samples()?),
+        Format::JointTrajectory => {
+            TrajectoryDocument::JointTrajectory(samples()?.to_joint_trajectory())
+        }
+        Format::Csv => return Ok(csv(&format!("takt-{id}.csv"), samples()?.to_csv())),
+    })
 }
 
 fn csv(file_name: &str, text: String) -> Response {
@@ -286,7 +303,9 @@ fn csv(file_name: &str, text: String) -> Response {
     response
 }
 
-#[derive(Clone, Copy)]
+/// How a convergence curve is written.
+#[derive(Clone, Copy, ToSchema)]
+#[schema(rename_all = "snake_case")]
 enum ConvergenceFormat {
     Json,
     Csv,
@@ -305,7 +324,8 @@ pub(super) struct Convergence {
     get, path = "/v1/jobs/{id}/convergence", tag = "results",
     params(
         ("id" = String, Path, format = "uuid", description = "The job's id"),
-        ("format" = Option<String>, Query, description = "`json` (default), `csv` or `svg`"),
+        ("format" = inline(Option<ConvergenceFormat>), Query,
+            description = "`json` (default), `csv` or `svg`"),
         ("leg" = Option<String>, Query, description = "One leg of a program; default all"),
     ),
     responses(

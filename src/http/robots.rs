@@ -8,6 +8,7 @@ use serde::Serialize;
 use utoipa::ToSchema;
 
 use super::Edge;
+use super::examples;
 use super::input::{JsonBody, NamePath, NoParameters};
 use super::problem::{Problem, Problems};
 use crate::robot::RobotDescription;
@@ -51,8 +52,9 @@ pub(super) async fn get(
 ///
 /// Jobs already accepted keep the robot they came with.
 #[utoipa::path(
-    put, path = "/v1/robots/{name}", tag = "robots", request_body = RobotDescription,
-    params(("name" = String, Path, description = "The robot's name; the body's may be left out")),
+    put, path = "/v1/robots/{name}", tag = "robots",
+    request_body(content = RobotDescription, example = examples::robot),
+    params(("name" = String, Path, example = "gantry", description = "The robot's name; the body's may be left out")),
     responses(
         (status = 201, description = "Registered", body = RobotDescription),
         (status = 200, description = "Replaced", body = RobotDescription),
@@ -87,8 +89,9 @@ pub(super) async fn delete(
 
 /// Compute where a configuration takes the tool
 #[utoipa::path(
-    post, path = "/v1/robots/{name}/fk", tag = "robots", request_body = ForwardKinematicsRequest,
-    params(("name" = String, Path, description = "The robot's name")),
+    post, path = "/v1/robots/{name}/fk", tag = "robots",
+    request_body(content = ForwardKinematicsRequest, example = examples::configuration),
+    params(("name" = String, Path, example = "ur5e", description = "The robot's name")),
     responses((status = 200, description = "The frames", body = ForwardKinematics), Problems),
 )]
 pub(super) async fn forward_kinematics(

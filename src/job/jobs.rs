@@ -340,6 +340,11 @@ impl Core {
     }
 
     async fn cancel(&self, id: JobId) -> Result<Job, JobsError> {
+        // A worker still holds its job for a moment after the end is stored.
+        let state = self.get(id).await?.state;
+        if state.is_ended() {
+            return Err(JobsError::Conflict { id, state });
+        }
         loop {
             if matches!(self.scheduler.withdraw(id), Withdrawn::Running) {
                 return self.get(id).await;

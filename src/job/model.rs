@@ -97,7 +97,7 @@ impl fmt::Display for JobState {
 
 /// No state has this name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("unknown job state `{0}`")]
+#[error("unknown job state `{0}`; known: {known}", known = JobState::ALL.map(JobState::as_str).join(", "))]
 pub struct UnknownJobState(pub String);
 
 impl FromStr for JobState {

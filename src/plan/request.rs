@@ -55,6 +55,7 @@ pub const TASKS: &[&str] = &["waypoints", "program"];
 #[serde(deny_unknown_fields)]
 pub struct WaypointsTask {
     /// At least two configurations in joint order; rad or m.
+    #[schema(min_items = 2)]
     pub waypoints: Vec<Vec<f64>>,
     /// Interpolation by registry name.
     #[serde(default = "default_interpolation")]
@@ -86,7 +87,8 @@ fn default_interpolation() -> String {
 /// Several tasks, one after the other; each starts where the one before ended.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct ProgramTask {
-    /// The legs in order.
+    /// The legs in order; 1 to 100.
+    #[schema(min_items = 1, max_items = 100)]
     pub legs: Vec<Leg>,
 }
 
@@ -196,29 +198,33 @@ impl Default for OptimizerChoice {
 /// removes it, a number holds for all joints, a list names one value (or
 /// `null`) per joint.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields)]
 pub struct LimitOverrides {
     /// Lower position limits, rad or m.
-    #[serde(skip_serializing_if = "LimitOverride::is_keep")]
+    #[serde(default, skip_serializing_if = "LimitOverride::is_keep")]
+    #[schema(value_type = Option<LimitValues>)]
     pub lower: LimitOverride,
     /// Upper position limits, rad or m.
-    #[serde(skip_serializing_if = "LimitOverride::is_keep")]
+    #[serde(default, skip_serializing_if = "LimitOverride::is_keep")]
+    #[schema(value_type = Option<LimitValues>)]
     pub upper: LimitOverride,
     /// Velocity limits, rad/s or m/s.
-    #[serde(skip_serializing_if = "LimitOverride::is_keep")]
+    #[serde(default, skip_serializing_if = "LimitOverride::is_keep")]
+    #[schema(value_type = Option<LimitValues>)]
     pub velocity: LimitOverride,
     /// Acceleration limits, rad/s² or m/s².
-    #[serde(skip_serializing_if = "LimitOverride::is_keep")]
+    #[serde(default, skip_serializing_if = "LimitOverride::is_keep")]
+    #[schema(value_type = Option<LimitValues>)]
     pub acceleration: LimitOverride,
     /// Jerk limits, rad/s³ or m/s³.
-    #[serde(skip_serializing_if = "LimitOverride::is_keep")]
+    #[serde(default, skip_serializing_if = "LimitOverride::is_keep")]
+    #[schema(value_type = Option<LimitValues>)]
     pub jerk: LimitOverride,
 }
 
 /// One kind of limit, replaced or kept.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(from = "Option<LimitValues>", into = "Option<LimitValues>")]
-#[schema(as = Option<LimitValues>)]
 pub enum LimitOverride {
     /// The robot's own limits hold.
     #[default]

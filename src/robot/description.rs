@@ -42,6 +42,7 @@ fn unnamed() -> String {
 #[serde(deny_unknown_fields, rename_all = "snake_case")]
 pub struct Joint {
     /// Name, unique within the robot.
+    #[schema(min_length = 1)]
     pub name: String,
     /// How the joint moves.
     #[serde(rename = "type")]

@@ -151,7 +151,13 @@ impl Service {
     /// [`ErrorCode::NotFound`], [`ErrorCode::Conflict`] if it has not ended, or
     /// the store's.
     pub async fn delete_job(&self, id: JobId) -> Result<(), ServiceError> {
-        Ok(self.inner.jobs.delete(id).await?)
+        self.inner.jobs.delete(id).await.map_err(|error| match error {
+            JobsError::Conflict { id, state } => {
+                let message = format!("job {id} is {state}; cancel it first");
+                ServiceError::new(ErrorCode::Conflict, message)
+            }
+            error => error.into(),
+        })
     }
 
     /// The plan request of a job as JSON text, its robot in full.

@@ -342,6 +342,45 @@ async fn the_api_description_is_complete() {
     assert!(schemas["SampledTrajectory"]["properties"]["rate_hz"].is_object());
     let job = api["components"]["schemas"]["JobRequest"].to_string();
     assert!(job.contains("priority") && job.contains("PlanRequest"), "{job}");
+    // A task's `type` stands beside its members, which must not forbid it.
+    for composed in ["WaypointsTask", "Trajectory"] {
+        assert_eq!(schemas[composed]["additionalProperties"], Value::Null, "{composed}");
+    }
+    assert_eq!(schemas["Joint"]["additionalProperties"], false);
+    let velocity = schemas["LimitOverrides"]["properties"]["velocity"].to_string();
+    assert!(velocity.contains("schemas/LimitValues") && velocity.contains("null"), "{velocity}");
+    assert!(!velocity.contains("default"), "a limit left out is not a limit removed: {velocity}");
+}
+
+#[tokio::test]
+async fn the_examples_in_the_api_description_work() {
+    let server = Server::start().await;
+    let api = server.json("/openapi.json").await;
+    for (method, path, name, count) in [
+        (Method::POST, "/v1/jobs", "", 3),
+        (Method::PUT, "/v1/robots/{name}", "gantry", 1),
+        (Method::POST, "/v1/robots/{name}/fk", "ur5e", 1),
+        (Method::POST, "/v1/verify", "", 1),
+    ] {
+        let operation = &api["paths"][path][method.as_str().to_lowercase()];
+        if !name.is_empty() {
+            assert_eq!(operation["parameters"][0]["example"], name, "{path}");
+        }
+        let body = &operation["requestBody"]["content"]["application/json"];
+        let named = body["examples"].as_object().into_iter().flatten();
+        let examples = named.map(|(_, example)| &example["value"]).chain(body.get("example"));
+        let examples: Vec<_> = examples.collect();
+        assert_eq!(examples.len(), count, "{path}");
+        for example in examples {
+            let address = path.replace("{name}", name);
+            let request = server.request(method.clone(), &address).json(example);
+            let response = request.header("Prefer", "wait=60").send().await.unwrap();
+            let expected = if method == Method::PUT { 201 } else { 200 };
+            assert_eq!(response.status(), expected, "{path}: {example}");
+            let answer: Value = response.json().await.unwrap();
+            assert_ne!(answer["lawful"], false, "{path}");
+        }
+    }
 }
 
 #[tokio::test]

@@ -55,8 +55,8 @@ impl MessageForm<String> for JobId {
     }
 
     fn from_message(message: String, place: Place<'_>, faults: &mut Faults) -> Self {
-        message.parse().unwrap_or_else(|error| {
-            place.fault(faults, format!("{message:?} is not a job's id: {error}"));
+        message.parse().unwrap_or_else(|_| {
+            place.fault(faults, format!("`{message}` is not the id of a job"));
             Self::new()
         })
     }

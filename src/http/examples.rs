@@ -1,0 +1,90 @@
+//! Request bodies that work as they stand, for whoever tries the interface out.
+
+use serde_json::{Value, json};
+
+/// The least that makes a job.
+pub(super) fn job() -> Value {
+    json!({
+        "robot": "woodworking_pprr",
+        "task": {
+            "type": "waypoints",
+            "waypoints": [[0.8, 1.2, 3.1, 0.0], [0.6, 0.9, 1.9, 1.0], [0.5, 1.0, 2.4, 0.8]],
+        },
+    })
+}
+
+/// A job with most of what can be said.
+pub(super) fn published_job() -> Value {
+    json!({
+        "robot": "ur5e",
+        "limits": { "acceleration": 8, "jerk": [60, 60, 60, 120, 120, null] },
+        "limit_scale": { "velocity": 0.8 },
+        "task": {
+            "type": "waypoints",
+            "interpolation": "quintic_han",
+            "clock": "per_joint",
+            "optimizer": { "name": "improved_pso", "iterations": 40 },
+            "waypoints": [
+                [0.0, -1.6, 1.2, -1.2, -1.6, 0.0],
+                [0.4, -1.3, 1.4, -1.5, -1.6, 0.3],
+                [0.8, -1.1, 1.3, -1.6, -1.5, 0.5],
+                [1.2, -1.5, 1.1, -1.3, -1.6, 0.8],
+            ],
+        },
+        "seed": 7,
+        "priority": 70,
+        "labels": { "cell": "7" },
+    })
+}
+
+/// A job of two legs.
+pub(super) fn program_job() -> Value {
+    let there = json!([[0.8, 1.2, 3.1, 0.0], [0.6, 0.9, 1.9, 1.0]]);
+    let back = json!([[0.6, 0.9, 1.9, 1.0], [0.8, 1.2, 3.1, 0.0]]);
+    json!({
+        "robot": "woodworking_pprr",
+        "task": {
+            "type": "program",
+            "legs": [
+                { "name": "there", "task": { "type": "waypoints", "waypoints": there } },
+                { "name": "back", "task": { "type": "waypoints", "waypoints": back } },
+            ],
+        },
+    })
+}
+
+/// A robot of two joints; what is not known is left out.
+pub(super) fn robot() -> Value {
+    json!({
+        "joints": [
+            {
+                "name": "x",
+                "type": "prismatic",
+                "limits": { "lower": 0, "upper": 2, "velocity": 1.5, "acceleration": 4, "jerk": 40 },
+            },
+            {
+                "name": "turn",
+                "type": "continuous",
+                "limits": { "velocity": 3, "acceleration": 12 },
+            },
+        ],
+    })
+}
+
+/// A configuration of a UR5e.
+pub(super) fn configuration() -> Value {
+    json!({ "joints": [0.0, -1.6, 1.2, -1.2, -1.6, 0.0] })
+}
+
+/// Samples, and that the controller runs cubics through them.
+pub(super) fn trajectory_to_verify() -> Value {
+    json!({
+        "robot": "woodworking_pprr",
+        "samples": {
+            "interpolation": "cubic",
+            "times": [0, 1, 2],
+            "positions": [[0, 0, 0, 0], [0.2, 0.1, 0.5, 0.5], [0.3, 0.2, 1, 1]],
+            "velocities": [[0, 0, 0, 0], [0.2, 0.1, 0.5, 0.5], [0, 0, 0, 0]],
+        },
+    })
+}
