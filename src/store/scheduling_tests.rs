@@ -264,3 +264,26 @@ async fn a_result_that_cannot_be_stored_fails_its_job() {
     assert_eq!(bench.story(id).await, "queued running failed");
     assert_eq!(bench.jobs.result(id).await.unwrap().text, None);
 }
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_job_that_cannot_be_read_fails_instead_of_waiting_for_ever() {
+    let place = Place::new();
+    let mut bench = Bench::start(&place, 10).await;
+    bench.run("gate").await;
+    let broken = bench.submit(new_job("broken")).await;
+    place.meddle("DELETE FROM requests WHERE body = 'broken'");
+    bench.open_gate();
+    bench.ended_as(broken, JobState::Failed, Some("internal")).await;
+    assert_eq!(bench.runs(), ["gate"]);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn cancelling_a_job_in_nobodys_hands_comes_to_an_end() {
+    let place = Place::new();
+    let mut bench = Bench::start(&place, 10).await;
+    bench.run("gate").await;
+    let orphan = bench.submit(new_job("orphan")).await;
+    place.meddle("UPDATE jobs SET state = 'running' WHERE state = 'queued'");
+    let refused = error_of(bench.jobs.cancel(orphan).await);
+    assert_eq!(refused, conflict(orphan, JobState::Running));
+}
