@@ -65,7 +65,7 @@ async fn the_figures_agree_with_the_results() {
     let mut swarm = quick_job();
     swarm["task"]["optimizer"] = json!({"name": "pso", "iterations": 5, "population": 10});
     let mut expected = Vec::new();
-    for (job, method) in [(quick_job(), "exact"), (swarm, "pso")] {
+    for (job, method) in [(quick_job(), "exact/quintic"), (swarm, "pso/quintic")] {
         let address = server.succeeded(&job).await;
         let result = server.json(&format!("{address}/result")).await;
         let evaluations = &result["evaluations"];
