@@ -1,14 +1,13 @@
 //! Puts the layers together and runs them: one port, one store, an orderly end.
 
 mod logging;
-mod robots;
+mod serving;
 
 use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
 use axum::Router;
-use axum::serve::ListenerExt;
 use tokio::net::TcpListener;
 use tokio::sync::oneshot;
 use tokio::task::JoinHandle;
@@ -21,6 +20,7 @@ use crate::http::{self, HttpSettings};
 use crate::job::{JobSettings, Jobs, JobsError, Metrics};
 use crate::service::{PlanningRunner, Service};
 use crate::store::{OpenError, SqliteStore};
+use serving::Limits;
 
 /// Why a server could not start or run on.
 #[derive(Debug, thiserror::Error)]
@@ -69,7 +69,7 @@ pub struct Running {
     service: Service,
     drain: Duration,
     close: oneshot::Sender<()>,
-    server: JoinHandle<std::io::Result<()>>,
+    server: JoinHandle<()>,
     retention: JoinHandle<()>,
 }
 
@@ -84,25 +84,19 @@ impl Running {
         let settings = HttpSettings { max_body_bytes: config.max_body_bytes };
         let router = router(service.clone(), settings)?;
         let address = listener.local_addr()?;
-        // Small answers must not wait for the client's acknowledgements.
-        let listener = listener.tap_io(|connection| {
-            if let Err(error) = connection.set_nodelay(true) {
-                tracing::debug!(%error, "a connection keeps its delay");
-            }
-        });
         let (close, closing) = oneshot::channel::<()>();
         let closing = async move {
             // A dropped handle closes the server as well.
             let _ = closing.await;
         };
-        let server = axum::serve(listener, router).with_graceful_shutdown(closing);
+        let server = serving::serve(listener, router, Limits::default(), closing);
         let retention = keep_for(service.clone(), config.retention_days);
         Ok(Self {
             address,
             service,
             drain: Duration::from_secs_f64(config.drain_s),
             close,
-            server: tokio::spawn(server.into_future()),
+            server: tokio::spawn(server),
             retention: tokio::spawn(retention),
         })
     }
@@ -131,7 +125,7 @@ impl Running {
         let _ = self.close.send(());
         let mut server = self.server;
         match tokio::time::timeout(CLOSING, &mut server).await {
-            Ok(Ok(served)) => Ok(served?),
+            Ok(Ok(())) => Ok(()),
             Ok(Err(join)) => Err(std::io::Error::other(join).into()),
             Err(_) => {
                 tracing::warn!("connections were cut");
@@ -154,7 +148,7 @@ async fn open(config: &Config) -> Result<Service, AppError> {
     }
     let jobs =
         Jobs::start(store.clone(), Arc::new(PlanningRunner), metrics.clone(), settings).await?;
-    Ok(Service::new(jobs, Arc::new(robots::StoredRobots(store)), metrics))
+    Ok(Service::new(jobs, store, metrics))
 }
 
 /// Both edges on one port.

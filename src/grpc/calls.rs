@@ -10,16 +10,16 @@ use http::header::CONTENT_TYPE;
 use http::{HeaderName, HeaderValue};
 use tonic::Status;
 use tracing::Instrument;
-use uuid::Uuid;
 
-use crate::service::ServiceError;
+use crate::service::{ServiceError, request_id};
 
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 
 /// Names the call and follows it in the log. The id is the client's if it sent
 /// a sensible one, and comes back as metadata.
 pub(super) async fn follow(request: Request, next: Next) -> Response {
-    let id = request_id(&request);
+    let given = request.headers().get(REQUEST_ID).and_then(|value| value.to_str().ok());
+    let id = request_id(given);
     let span = tracing::info_span!("call", request_id = %id, path = request.uri().path());
     async {
         let mut response = next.run(request).await;
@@ -35,21 +35,9 @@ pub(super) async fn follow(request: Request, next: Next) -> Response {
     .await
 }
 
-fn request_id(request: &Request) -> String {
-    const LONGEST: usize = 128;
-    let given = request.headers().get(REQUEST_ID).and_then(|value| value.to_str().ok());
-    let sensible = |id: &&str| {
-        (1..=LONGEST).contains(&id.len()) && id.bytes().all(|byte| byte.is_ascii_graphic())
-    };
-    given.filter(sensible).map_or_else(|| Uuid::now_v7().to_string(), str::to_owned)
-}
-
 /// A panic ends its call and nothing else.
 pub(super) fn panicked(panic: Box<dyn Any + Send>) -> Response {
-    let message = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
-    let message = message.or_else(|| panic.downcast_ref::<String>().cloned());
-    let cause = message.unwrap_or_else(|| "a panic without a message".to_owned());
-    into_response(ServiceError::internal(cause).into())
+    into_response(ServiceError::panic(panic.as_ref()).into())
 }
 
 /// Middleware for the merged router: a gRPC call that no route takes is

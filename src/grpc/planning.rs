@@ -3,6 +3,7 @@
 use std::pin::Pin;
 
 use futures::{Stream, StreamExt, stream};
+use prost::Message;
 use tonic::metadata::MetadataMap;
 use tonic::{Request, Response, Status};
 
@@ -19,8 +20,10 @@ const IDEMPOTENCY_KEY: &str = "idempotency-key";
 
 /// Jobs on a page if the client does not say.
 const DEFAULT_PAGE_SIZE: usize = 50;
-/// Most jobs on a page, so that it stays below the message limit.
+/// Most jobs on a page.
 const MAX_PAGE_SIZE: usize = 200;
+/// Most bytes of a page: clients refuse messages beyond 4 MiB.
+const MAX_PAGE_BYTES: usize = 3 << 20;
 
 /// Serves [`Service`] as `takt.v1.PlanningService`.
 pub(super) struct Planning(pub(super) Service);
@@ -56,8 +59,16 @@ impl proto::planning_service_server::PlanningService for Planning {
             filter.page_size = DEFAULT_PAGE_SIZE;
         }
         filter.page_size = filter.page_size.min(MAX_PAGE_SIZE);
-        let page = self.0.list_jobs(filter).await?;
-        Ok(Response::new(page.into_message()))
+        loop {
+            let page = self.0.list_jobs(filter.clone()).await?;
+            let jobs = page.jobs.len();
+            let page = page.into_message();
+            if page.encoded_len() <= MAX_PAGE_BYTES || jobs < 2 {
+                return Ok(Response::new(page));
+            }
+            // Many long labels. Pages may be shorter than asked for.
+            filter.page_size = jobs / 2;
+        }
     }
 
     async fn cancel_job(

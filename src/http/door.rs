@@ -6,15 +6,16 @@ use axum::middleware::Next;
 use axum::response::Response;
 use http::{HeaderName, HeaderValue};
 use tracing::Instrument;
-use uuid::Uuid;
 
 use super::problem::Problem;
+use crate::service::request_id;
 
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 
 /// Names the request, follows it in the log and writes out its problem, if any.
 pub(super) async fn pass(request: Request, next: Next) -> Response {
-    let id = request_id(&request);
+    let given = request.headers().get(REQUEST_ID).and_then(|value| value.to_str().ok());
+    let id = request_id(given);
     let (method, path) = (request.method().clone(), request.uri().path().to_owned());
     let span = tracing::info_span!("request", request_id = %id, %method, path);
     async {
@@ -36,14 +37,4 @@ pub(super) async fn pass(request: Request, next: Next) -> Response {
     }
     .instrument(span)
     .await
-}
-
-/// The client's id if it is a sensible one, else a new one.
-fn request_id(request: &Request) -> String {
-    const LONGEST: usize = 128;
-    let given = request.headers().get(REQUEST_ID).and_then(|value| value.to_str().ok());
-    let sensible = |id: &&str| {
-        (1..=LONGEST).contains(&id.len()) && id.bytes().all(|byte| byte.is_ascii_graphic())
-    };
-    given.filter(sensible).map_or_else(|| Uuid::now_v7().to_string(), str::to_owned)
 }

@@ -3,10 +3,13 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Display;
+use std::pin::pin;
 use std::str::FromStr;
+use std::time::Duration;
 
 use axum::extract::{FromRequest, FromRequestParts, Path, Query, Request};
-use futures::StreamExt;
+use bytes::Bytes;
+use futures::{Stream, StreamExt};
 use http::request::Parts;
 use http::{HeaderMap, header};
 use serde_json::Value;
@@ -41,25 +44,42 @@ impl FromRequest<Edge> for JsonBody {
 
     async fn from_request(request: Request, edge: &Edge) -> Result<Self, Problem> {
         check_content_type(request.headers())?;
-        let limit = edge.settings.max_body_bytes;
-        let mut stream = request.into_body().into_data_stream();
-        let mut bytes = Vec::new();
-        let mut length = 0;
-        // Beyond the limit some more is read and thrown away: a client that is
-        // still sending would not hear the answer.
-        while let Some(chunk) = stream.next().await {
-            let chunk = chunk.map_err(|error| {
-                Problem::unreadable(format!("the body could not be received: {error}"))
-            })?;
-            length += chunk.len();
-            if length <= limit {
-                bytes.extend_from_slice(&chunk);
-            } else if length > 8 * limit {
-                break;
-            }
-        }
-        if length > limit { Err(Problem::too_large(limit)) } else { Ok(Self(bytes)) }
+        let body = request.into_body().into_data_stream();
+        receive(body, edge.settings.max_body_bytes, PATIENCE).await.map(Self)
     }
+}
+
+/// How long a client may pause within a body.
+const PATIENCE: Duration = Duration::from_secs(30);
+
+/// Reads a body of at most `limit` bytes that never pauses for longer than
+/// `patience`.
+async fn receive<E: Display>(
+    body: impl Stream<Item = Result<Bytes, E>>,
+    limit: usize,
+    patience: Duration,
+) -> Result<Vec<u8>, Problem> {
+    let mut body = pin!(body);
+    let mut bytes = Vec::new();
+    let mut length = 0;
+    // Beyond the limit some more is read and thrown away: a client that is
+    // still sending would not hear the answer.
+    loop {
+        let chunk = tokio::time::timeout(patience, body.next()).await.map_err(|_| {
+            Problem::unreadable(format!("nothing of the body came for {} s", patience.as_secs()))
+        })?;
+        let Some(chunk) = chunk else { break };
+        let chunk = chunk.map_err(|error| {
+            Problem::unreadable(format!("the body could not be received: {error}"))
+        })?;
+        length += chunk.len();
+        if length <= limit {
+            bytes.extend_from_slice(&chunk);
+        } else if length > 8 * limit {
+            break;
+        }
+    }
+    if length > limit { Err(Problem::too_large(limit)) } else { Ok(bytes) }
 }
 
 fn check_content_type(headers: &HeaderMap) -> Result<(), Problem> {
@@ -223,6 +243,21 @@ mod tests {
         for expected in ["rate", "`c` is unknown; known: a, b", "more than once", "\"more\""] {
             assert!(problem.contains(expected), "{expected}: {problem}");
         }
+    }
+
+    #[tokio::test]
+    async fn a_body_has_a_limit_in_size_and_patience() {
+        use futures::stream;
+        const LONG: Duration = Duration::from_secs(60);
+        let chunk = || Ok::<_, std::io::Error>(Bytes::from_static(b"four"));
+        let body = receive(stream::iter([chunk(), chunk()]), 8, LONG).await;
+        assert_eq!(body.unwrap(), b"fourfour");
+        // A bomb without an end is not read to its end.
+        let endless = receive(stream::repeat_with(chunk), 8, LONG).await;
+        assert!(format!("{:?}", endless.unwrap_err()).contains("more than 8 bytes"));
+        let stalled = stream::iter([chunk()]).chain(stream::pending());
+        let stalled = receive(stalled, 8, Duration::from_millis(1)).await;
+        assert!(format!("{:?}", stalled.unwrap_err()).contains("nothing of the body"));
     }
 
     #[test]

@@ -28,7 +28,7 @@ use utoipa_swagger_ui::SwaggerUi;
 
 pub use problem::{PROBLEM_TYPES, Problem, ProblemBody, ProblemFault, ProblemType};
 
-use crate::service::Service;
+use crate::service::{Service, ServiceError};
 
 /// How the edge treats requests.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,7 +79,7 @@ fn guarded(router: Router) -> Router {
     router
         .layer(RequestDecompressionLayer::new())
         .layer(CatchPanicLayer::custom(|panic: Box<dyn Any + Send>| {
-            Problem::panic(panic.as_ref()).into_response()
+            Problem::from(ServiceError::panic(panic.as_ref())).into_response()
         }))
         .layer(axum::middleware::from_fn(door::pass))
         .layer(CompressionLayer::new())

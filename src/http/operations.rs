@@ -26,13 +26,16 @@ impl Health {
     }
 }
 
-/// Tell that the process lives
+/// Tell whether the process lives
+///
+/// A problem means that only a new start helps: the store has failed.
 #[utoipa::path(
     get, path = "/healthz", tag = "operations",
-    responses((status = 200, description = "It lives", body = Health)),
+    responses((status = 200, description = "It lives", body = Health), Problems),
 )]
-pub(super) async fn healthz() -> Json<Health> {
-    Health::new("ok")
+pub(super) async fn healthz(State(edge): State<Edge>) -> Result<Json<Health>, Problem> {
+    edge.service.liveness()?;
+    Ok(Health::new("ok"))
 }
 
 /// Tell whether jobs can be accepted and stored

@@ -4,8 +4,6 @@
 //! is written out once, at the door, where the request id is known. What the
 //! router itself refuses is turned into a problem there too.
 
-use std::any::Any;
-
 use axum::body::Body;
 use axum::response::{IntoResponse, Response};
 use http::{HeaderValue, StatusCode, header};
@@ -185,13 +183,6 @@ impl Problem {
     /// 415.
     pub(super) fn unsupported_media_type(detail: impl Into<String>) -> Self {
         Self::new(&UNSUPPORTED_MEDIA_TYPE, detail)
-    }
-
-    /// 500 after a panic, whose message goes to the log.
-    pub(super) fn panic(panic: &(dyn Any + Send)) -> Self {
-        let text = panic.downcast_ref::<&str>().copied();
-        let text = text.or_else(|| panic.downcast_ref::<String>().map(String::as_str));
-        ServiceError::internal(format!("panic: {}", text.unwrap_or("without a message"))).into()
     }
 
     /// What a bare error status of the router stands for.

@@ -16,31 +16,55 @@ use super::{EventSink, JobEvent, JobId, JobStore, JobsError, StoreError, lock};
 /// The channels of all active jobs.
 #[derive(Default)]
 pub(super) struct Hub {
-    channels: Mutex<HashMap<JobId, Arc<Channel>>>,
+    channels: Mutex<Channels>,
+}
+
+#[derive(Default)]
+struct Channels {
+    of: HashMap<JobId, Arc<Channel>>,
+    /// Why there is nothing more to see, once that is so.
+    closed: Option<JobsError>,
 }
 
 impl Hub {
     /// Opens the channel of a job whose latest event is `last_seq`. Has to
     /// happen before the job can be seen, or a watcher would take it for ended.
     pub(super) fn open(&self, job: JobId, last_seq: u64) {
-        lock(&self.channels).insert(job, Arc::new(Channel::new(last_seq)));
+        let channel = Arc::new(Channel::new(last_seq));
+        let mut channels = lock(&self.channels);
+        // A job accepted while the server closed: nobody must wait for it here.
+        if let Some(reason) = &channels.closed {
+            channel.close(reason.clone());
+        }
+        channels.of.insert(job, channel);
     }
 
     /// Forgets a job that did not come to be.
     pub(super) fn forget(&self, job: JobId) {
-        lock(&self.channels).remove(&job);
+        lock(&self.channels).of.remove(&job);
     }
 
     /// The channel of `job` if it is active.
     pub(super) fn channel(&self, job: JobId) -> Option<Arc<Channel>> {
-        lock(&self.channels).get(&job).cloned()
+        lock(&self.channels).of.get(&job).cloned()
     }
 
-    /// Ends all watching with `reason`.
+    /// Ends all watching with `reason`, now and in future. The first reason
+    /// stays, unless the store fails after it.
     pub(super) fn close(&self, reason: &JobsError) {
-        for channel in lock(&self.channels).values() {
+        let mut channels = lock(&self.channels);
+        if channels.closed.is_none() || matches!(reason, JobsError::StoreFailed(_)) {
+            channels.closed = Some(reason.clone());
+        }
+        for channel in channels.of.values() {
             channel.close(reason.clone());
         }
+    }
+
+    /// Why the store failed, if it did.
+    pub(super) fn store_failure(&self) -> Option<JobsError> {
+        let closed = lock(&self.channels).closed.clone();
+        closed.filter(|reason| matches!(reason, JobsError::StoreFailed(_)))
     }
 }
 
@@ -48,7 +72,7 @@ impl EventSink for Hub {
     fn publish(&self, job: JobId, event: Arc<JobEvent>) {
         let mut channels = lock(&self.channels);
         let last = event.kind.is_last();
-        let channel = if last { channels.remove(&job) } else { channels.get(&job).cloned() };
+        let channel = if last { channels.of.remove(&job) } else { channels.of.get(&job).cloned() };
         drop(channels);
         if let Some(channel) = channel {
             channel.push(event);
@@ -293,5 +317,22 @@ mod tests {
         let channel = hub.channel(job).unwrap();
         assert_eq!(sequence(channel.read(0)), [1]);
         assert!(matches!(channel.read(1), Read::Closed(JobsError::Draining)));
+        // As for a job whose acceptance was under way.
+        let late = JobId::new();
+        hub.open(late, 0);
+        let channel = hub.channel(late).unwrap();
+        assert!(matches!(channel.read(0), Read::Closed(JobsError::Draining)));
+    }
+
+    #[test]
+    fn a_failed_store_is_remembered_beside_a_drain() {
+        let hub = Hub::default();
+        assert_eq!(hub.store_failure(), None);
+        hub.close(&JobsError::Draining);
+        assert_eq!(hub.store_failure(), None);
+        let failure = StoreError::Failed("the disk is full".into());
+        hub.store_failed(&failure);
+        hub.close(&JobsError::Draining);
+        assert_eq!(hub.store_failure(), Some(failure.into()));
     }
 }

@@ -269,6 +269,11 @@ impl Jobs {
         Ok(self.core.store.health().await?)
     }
 
+    /// Why only a new start of the process can help, if that is so.
+    pub fn store_failure(&self) -> Option<JobsError> {
+        self.core.hub.store_failure()
+    }
+
     /// Stops: nothing is accepted or started any more, running jobs get `grace`
     /// to end, and those that do not are queued for the next start. Watchers'
     /// streams end.
@@ -340,12 +345,15 @@ impl Core {
     }
 
     async fn cancel(&self, id: JobId) -> Result<Job, JobsError> {
+        // A worker may take the job and a drain may queue it again in between;
+        // more happens to no job.
+        const LOOKS: usize = 4;
         // A worker still holds its job for a moment after the end is stored.
-        let state = self.get(id).await?.state;
+        let mut state = self.get(id).await?.state;
         if state.is_ended() {
             return Err(JobsError::Conflict { id, state });
         }
-        loop {
+        for _ in 0..LOOKS {
             if matches!(self.scheduler.withdraw(id), Withdrawn::Running) {
                 return self.get(id).await;
             }
@@ -359,8 +367,11 @@ impl Core {
             if job.state.is_ended() {
                 return Err(JobsError::Conflict { id, state: job.state });
             }
-            // A worker took it in between: the next look finds it running.
+            state = job.state;
         }
+        // Stored as running, and run by nobody: its end could not be stored.
+        tracing::error!(job = %id, %state, "a job is in nobody's hands until the next start");
+        Err(JobsError::Conflict { id, state })
     }
 }
 

@@ -34,6 +34,7 @@ pub use runner::{RunContext, RunOutcome, Runner};
 pub use store::{
     Claim, EventSink, Finish, Inserted, JobStore, KeyUse, QueuedJob, Reply, ReplySender, StoreError,
 };
+pub use worker::panic_text;
 
 /// Locks `mutex`. What it guards is changed in single steps only, so a panic
 /// elsewhere leaves nothing half done.

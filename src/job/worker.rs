@@ -60,7 +60,12 @@ impl Worker {
             return self.expire(job);
         }
         // Nothing if the job was cancelled between the queue and here.
-        let Some(claim) = self.store.start(job.id, start).wait()? else { return Ok(()) };
+        let claim = match self.store.start(job.id, start).wait() {
+            Ok(Some(claim)) => claim,
+            Ok(None) => return Ok(()),
+            Err(StoreError::Statement(error)) => return self.give_up(job, &error),
+            Err(error) => return Err(error),
+        };
         let waited = start.duration_since(job.created_at).as_secs_f64();
         self.metrics.started(&job.task, &job.method, waited.max(0.0));
         let outcome = self.run(claimed, &claim, start);
@@ -79,6 +84,17 @@ impl Worker {
         let finish = Finish { error: Some(error), ..Finish::new(JobState::Expired, at) };
         if self.store.finish_queued(job.id, finish).wait()? {
             self.metrics.ended(JobState::Expired, &job.task, &job.method);
+        }
+        Ok(())
+    }
+
+    /// Fails a job that cannot be read from the store, so that it does not
+    /// wait for ever.
+    fn give_up(&self, job: &QueuedJob, error: &str) -> Result<(), StoreError> {
+        tracing::error!(job = %job.id, error, "a job could not be started");
+        let finish = finish_of(internal("the job could not be read from the store"));
+        if self.store.finish_queued(job.id, finish).wait()? {
+            self.metrics.ended(JobState::Failed, &job.task, &job.method);
         }
         Ok(())
     }
@@ -178,13 +194,18 @@ fn finish_of(outcome: RunOutcome) -> Finish {
 }
 
 fn panicked(job: &QueuedJob, panic: &(dyn Any + Send)) -> RunOutcome {
-    let text = panic.downcast_ref::<&str>().copied();
-    let text = text.or_else(|| panic.downcast_ref::<String>().map(String::as_str));
     tracing::error!(
-        job = %job.id, task = job.task, method = job.method,
-        panic = text.unwrap_or("without a message"), "the planner panicked",
+        job = %job.id, task = job.task, method = job.method, panic = panic_text(panic),
+        "the planner panicked",
     );
     internal("the planner panicked; the server's log has the details under this job's id")
+}
+
+/// What a caught panic said.
+pub fn panic_text(panic: &(dyn Any + Send)) -> &str {
+    let text = panic.downcast_ref::<&str>().copied();
+    let text = text.or_else(|| panic.downcast_ref::<String>().map(String::as_str));
+    text.unwrap_or("without a message")
 }
 
 fn internal(message: &str) -> RunOutcome {

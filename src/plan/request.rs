@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use utoipa::ToSchema;
@@ -286,10 +287,10 @@ pub struct LimitScale {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawPlanRequest {
-    #[expect(dead_code, reason = "read apart; here only so that its absence is noticed")]
-    robot: Value,
-    #[expect(dead_code, reason = "read apart; here only so that its absence is noticed")]
-    task: Value,
+    #[expect(dead_code, reason = "read apart; here only so that it is known")]
+    robot: Option<IgnoredAny>,
+    #[expect(dead_code, reason = "read apart; here only so that it is known")]
+    task: Option<IgnoredAny>,
     #[serde(default)]
     seed: u64,
     #[serde(default)]
@@ -309,10 +310,17 @@ impl PlanRequest {
         let mut faults = Faults::default();
         // The two members of several types are read apart, so that their
         // faults are found even where others stand beside them.
-        let members = (value.get("robot").cloned(), value.get("task").cloned());
+        let members = ["robot", "task"].map(|name| {
+            let member = value.get(name).cloned();
+            if member.is_none() && value.is_object() {
+                faults.add(format!("/{name}"), format!("missing field `{name}`"));
+            }
+            member
+        });
         let raw = read::<RawPlanRequest>(value, "", &mut faults);
-        let robot = members.0.and_then(|value| RobotRef::parse(value, "/robot", &mut faults));
-        let task = members.1.and_then(|value| Task::parse(value, "/task", &mut faults));
+        let [robot, task] = members;
+        let robot = robot.and_then(|value| RobotRef::parse(value, "/robot", &mut faults));
+        let task = task.and_then(|value| Task::parse(value, "/task", &mut faults));
         match (raw, robot, task) {
             (Some(raw), Some(robot), Some(task)) => faults.into_result(Self {
                 robot,

@@ -1,9 +1,10 @@
 //! Why a use case failed, without a word of any protocol.
 
+use std::any::Any;
 use std::fmt;
 
 use crate::fault::{Fault, Faults};
-use crate::job::JobsError;
+use crate::job::{JobsError, panic_text};
 
 /// What kind of failure it is. Each edge maps these once to its own codes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -99,6 +100,11 @@ impl ServiceError {
     pub fn internal(cause: impl fmt::Display) -> Self {
         tracing::error!(%cause, "internal fault");
         Self::new(ErrorCode::Internal, "the server made a mistake; its log has the cause")
+    }
+
+    /// A request's panic, which an edge has caught.
+    pub fn panic(panic: &(dyn Any + Send)) -> Self {
+        Self::internal(format!("panic: {}", panic_text(panic)))
     }
 }
 

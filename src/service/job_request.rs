@@ -179,6 +179,14 @@ mod tests {
     }
 
     #[test]
+    fn everything_missing_is_told_together() {
+        assert_eq!(pointers(json!({})), ["/robot", "/task"]);
+        assert_eq!(pointers(json!({"task": {}, "colour": 1})), ["/robot", "/colour", "/task/type"]);
+        assert_eq!(pointers(json!({"robot": null})), ["/task", "/robot"]);
+        assert_eq!(pointers(json!([])), [""]);
+    }
+
+    #[test]
     fn settings_have_ranges() {
         let plan = json!({"robot": "r", "task": {"type": "waypoints", "waypoints": []}});
         let mut job = JobRequest::parse(plan.clone()).unwrap();

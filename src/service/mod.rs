@@ -14,6 +14,7 @@ use std::time::Duration;
 use futures::{Stream, StreamExt};
 use jiff::{SignedDuration, Timestamp};
 use sha2::{Digest, Sha256};
+use uuid::Uuid;
 
 pub use error::{ErrorCode, ServiceError};
 pub use job_request::JobRequest;
@@ -22,6 +23,7 @@ pub use robots::{
 };
 pub use runner::{PlanningRunner, ResultSummary};
 
+use crate::fault::Faults;
 use crate::job::{
     Drained, Idempotency, Job, JobCounts, JobEvent, JobFilter, JobId, JobPage, JobResult, JobState,
     Jobs, JobsError, Metrics, NewJob, Submitted,
@@ -84,7 +86,7 @@ impl Service {
         idempotency: Option<Idempotency>,
     ) -> Result<NewJob, ServiceError> {
         let new = self.with_robots(move |find| {
-            let mut faults = crate::fault::Faults::default();
+            let mut faults = Faults::default();
             request.check(&mut faults);
             let prepared = match plan::validate(&request.plan, find) {
                 Ok(prepared) => faults.into_result(prepared)?,
@@ -129,8 +131,15 @@ impl Service {
     ///
     /// # Errors
     ///
-    /// [`ErrorCode::Invalid`] for a page token that is not ours, or the store's.
+    /// [`ErrorCode::Invalid`] for a page token that is not ours or for more
+    /// labels than a job can have, or the store's.
     pub async fn list_jobs(&self, filter: JobFilter) -> Result<JobPage, ServiceError> {
+        let (labels, most) = (filter.labels.len(), JobRequest::MAX_LABELS);
+        if labels > most {
+            let mut faults = Faults::default();
+            faults.add("/labels", format!("{labels} labels are more than {most}"));
+            return Err(faults.into());
+        }
         Ok(self.inner.jobs.list(filter).await?)
     }
 
@@ -279,6 +288,16 @@ impl Service {
         Ok(self.inner.jobs.health().await?)
     }
 
+    /// Whether the process can still do its work. A drain is no failure; after
+    /// one, only a new start helps.
+    ///
+    /// # Errors
+    ///
+    /// [`ErrorCode::Unavailable`].
+    pub fn liveness(&self) -> Result<(), ServiceError> {
+        self.inner.jobs.store_failure().map_or(Ok(()), |failure| Err(failure.into()))
+    }
+
     /// All metrics in Prometheus' text format.
     ///
     /// # Errors
@@ -305,6 +324,16 @@ impl Service {
     pub async fn drain(&self, grace: Duration) -> Drained {
         self.inner.jobs.drain(grace).await
     }
+}
+
+/// The id under which a request is followed in the log: the one `given` by the
+/// client if it is a sensible one, else a new one.
+pub fn request_id(given: Option<&str>) -> String {
+    const LONGEST: usize = 128;
+    let sensible = |id: &&str| {
+        (1..=LONGEST).contains(&id.len()) && id.bytes().all(|byte| byte.is_ascii_graphic())
+    };
+    given.filter(sensible).map_or_else(|| Uuid::now_v7().to_string(), str::to_owned)
 }
 
 /// Names a submission by its key and by what was asked, robot names not yet
@@ -336,4 +365,19 @@ async fn blocking<T: Send + 'static>(
 ) -> Result<T, ServiceError> {
     let joined = tokio::task::spawn_blocking(work).await;
     joined.unwrap_or_else(|error| Err(ServiceError::internal(error)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_a_sensible_request_id_is_kept() {
+        assert_eq!(request_id(Some("cell-3/17")), "cell-3/17");
+        for given in
+            [None, Some(""), Some("two words"), Some("line\nbreak"), Some(&*"x".repeat(129))]
+        {
+            assert!(request_id(given).parse::<Uuid>().is_ok(), "{given:?}");
+        }
+    }
 }

@@ -20,24 +20,6 @@ use std::path::PathBuf;
 
 pub use sqlite::SqliteStore;
 
-use crate::job::Reply;
-
-/// Keeps the robots that users registered, as JSON text by name.
-pub trait RobotStore: Send + Sync {
-    /// Stores a robot, in place of an earlier one of that name. True if there
-    /// was none.
-    fn put_robot(&self, name: &str, json: &str) -> Reply<bool>;
-
-    /// The robot of that name.
-    fn robot(&self, name: &str) -> Reply<Option<String>>;
-
-    /// All robots, by name in order.
-    fn robots(&self) -> Reply<Vec<(String, String)>>;
-
-    /// Deletes a robot. False if there was none.
-    fn delete_robot(&self, name: &str) -> Reply<bool>;
-}
-
 /// Why a store could not be opened.
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {

@@ -25,9 +25,11 @@ async fn a_job_runs_and_leaves_its_result_and_story() {
     assert_eq!(bench.jobs.request(id).await.unwrap(), "plain");
     assert_eq!(bench.story(id).await, "queued running succeeded");
     assert_eq!(bench.next_started().await, id);
-    let text = bench.metrics.text().unwrap();
+    // Counted by the worker after the commit that watchers see.
     let ended = r#"takt_jobs_ended_total{method="exact",state="succeeded",task="waypoints"} 1"#;
-    assert!(text.contains(ended), "{text}");
+    while !bench.metrics.text().unwrap().contains(ended) {
+        tokio::task::yield_now().await;
+    }
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -263,4 +265,27 @@ async fn a_result_that_cannot_be_stored_fails_its_job() {
     bench.ended_as(id, JobState::Failed, Some("internal")).await;
     assert_eq!(bench.story(id).await, "queued running failed");
     assert_eq!(bench.jobs.result(id).await.unwrap().text, None);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_job_that_cannot_be_read_fails_instead_of_waiting_for_ever() {
+    let place = Place::new();
+    let mut bench = Bench::start(&place, 10).await;
+    bench.run("gate").await;
+    let broken = bench.submit(new_job("broken")).await;
+    place.meddle("DELETE FROM requests WHERE body = 'broken'");
+    bench.open_gate();
+    bench.ended_as(broken, JobState::Failed, Some("internal")).await;
+    assert_eq!(bench.runs(), ["gate"]);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn cancelling_a_job_in_nobodys_hands_comes_to_an_end() {
+    let place = Place::new();
+    let mut bench = Bench::start(&place, 10).await;
+    bench.run("gate").await;
+    let orphan = bench.submit(new_job("orphan")).await;
+    place.meddle("UPDATE jobs SET state = 'running' WHERE state = 'queued'");
+    let refused = error_of(bench.jobs.cancel(orphan).await);
+    assert_eq!(refused, conflict(orphan, JobState::Running));
 }

@@ -12,11 +12,12 @@ use super::migrations::migrate;
 use super::readers::Readers;
 use super::write::Change;
 use super::writer::{Health, Writer};
-use super::{OpenError, RobotStore, read};
+use super::{OpenError, read};
 use crate::job::{
     Claim, EventSink, Finish, Idempotency, Inserted, Job, JobEvent, JobFilter, JobId, JobPage,
     JobState, JobStore, KeyUse, Metrics, NewJob, Progress, QueuedJob, Reply, StoreError,
 };
+use crate::service::RobotStore;
 
 /// SQLite with a write-ahead log, synced at every commit.
 ///

@@ -406,3 +406,29 @@ async fn the_whole_server_answers_calls_beside_rest() {
     assert_eq!(unknown.headers()["grpc-status"], "12");
     assert_eq!(server.get("/healthz").await.status(), 200);
 }
+
+/// Clients refuse messages beyond 4 MiB.
+#[tokio::test]
+async fn a_page_of_large_jobs_is_cut_before_clients_refuse_it() {
+    const JOBS: usize = 40;
+    let server = Server::start().await;
+    let mut planning = server.planning().await;
+    let labels = (0..64).map(|index| (format!("{index}"), "\u{1F916}".repeat(256)));
+    let request = proto::JobRequest { labels: labels.collect(), ..job_request(SUCCEEDS) };
+    for _ in 0..JOBS {
+        let job = planning.create_job(request.clone()).await.unwrap().into_inner();
+        server.ended(&job.id).await;
+    }
+    // The client that is used here has the usual limit.
+    let mut filter = ListJobsRequest { page_size: 100, ..<_>::default() };
+    let mut found = Vec::new();
+    loop {
+        let page = planning.list_jobs(filter.clone()).await.unwrap().into_inner();
+        found.extend(page.jobs.into_iter().map(|job| job.id));
+        let Some(token) = page.next_page_token else { break };
+        filter.page_token = token;
+    }
+    found.sort();
+    found.dedup();
+    assert_eq!(found.len(), JOBS);
+}

@@ -2,9 +2,8 @@
 
 #![expect(clippy::unwrap_used, reason = "a test fails by a panic")]
 
-use std::collections::BTreeMap;
 use std::net::SocketAddr;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 use std::time::Duration;
 
 use serde_json::{Value, json};
@@ -12,9 +11,9 @@ use takt::grpc;
 use takt::grpc::proto::planning_service_client::PlanningServiceClient;
 use takt::grpc::proto::{self, JobRequest, PlanRequest, RobotRef, robot_ref, task};
 use takt::http::{self, HttpSettings};
-use takt::job::{JobSettings, Jobs, Metrics, Progress, Reply, RunContext, RunOutcome, Runner};
+use takt::job::{JobSettings, Jobs, Metrics, Progress, RunContext, RunOutcome, Runner};
 use takt::plan::PlanResult;
-use takt::service::{ResultSummary, RobotStore, Service};
+use takt::service::{ResultSummary, Service};
 use takt::store::SqliteStore;
 use tempfile::TempDir;
 use tonic::transport::Channel;
@@ -44,8 +43,9 @@ impl Server {
         let metrics = Arc::new(Metrics::new().unwrap());
         let store = SqliteStore::open(&directory.path().join("takt.db"), metrics.clone()).unwrap();
         let settings = JobSettings { workers: 1, queue_capacity: 4 };
-        let jobs = Jobs::start(Arc::new(store), Arc::new(Scripted), metrics.clone(), settings);
-        let service = Service::new(jobs.await.unwrap(), Arc::new(Robots::default()), metrics);
+        let store = Arc::new(store);
+        let jobs = Jobs::start(store.clone(), Arc::new(Scripted), metrics.clone(), settings);
+        let service = Service::new(jobs.await.unwrap(), store, metrics);
         let grpc = grpc::routes(service.clone(), MAX_BYTES).unwrap();
         let router = http::routes(service.clone(), HttpSettings { max_body_bytes: MAX_BYTES })
             .merge(grpc)
@@ -158,27 +158,5 @@ impl Runner for Scripted {
             return RunOutcome::Failed { code, message: "no".to_owned(), details, partial };
         }
         RunOutcome::Succeeded { result, summary }
-    }
-}
-
-#[derive(Default)]
-struct Robots(Mutex<BTreeMap<String, String>>);
-
-impl RobotStore for Robots {
-    fn put_robot(&self, name: &str, json: &str) -> Reply<bool> {
-        let old = self.0.lock().unwrap().insert(name.to_owned(), json.to_owned());
-        Reply::ready(Ok(old.is_none()))
-    }
-
-    fn robot(&self, name: &str) -> Reply<Option<String>> {
-        Reply::ready(Ok(self.0.lock().unwrap().get(name).cloned()))
-    }
-
-    fn robots(&self) -> Reply<Vec<(String, String)>> {
-        Reply::ready(Ok(self.0.lock().unwrap().clone().into_iter().collect()))
-    }
-
-    fn delete_robot(&self, name: &str) -> Reply<bool> {
-        Reply::ready(Ok(self.0.lock().unwrap().remove(name).is_some()))
     }
 }

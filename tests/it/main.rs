@@ -6,4 +6,5 @@ mod grpc;
 mod grpc_support;
 mod http;
 mod http_results;
+mod operations;
 mod support;

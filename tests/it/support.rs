@@ -13,7 +13,7 @@ pub struct Server {
     pub client: Client,
     running: Option<Running>,
     base: String,
-    _directory: TempDir,
+    directory: TempDir,
 }
 
 impl Server {
@@ -31,7 +31,22 @@ impl Server {
         let listener = tokio::net::TcpListener::bind("127.0.0.1:0").await.unwrap();
         let running = Running::start(&config, listener).await.unwrap();
         let base = format!("http://{}", running.address());
-        Self { client: Client::new(), running: Some(running), base, _directory: directory }
+        Self { client: Client::new(), running: Some(running), base, directory }
+    }
+
+    /// Makes every commit fail from now on, as a full disk would.
+    pub fn break_store(&self) {
+        let database = rusqlite::Connection::open(self.directory.path().join("takt.db")).unwrap();
+        let poison =
+            "CREATE TABLE poison (job INTEGER REFERENCES jobs DEFERRABLE INITIALLY DEFERRED);
+            CREATE TRIGGER poisoning AFTER INSERT ON events
+            BEGIN INSERT INTO poison VALUES (-1); END;";
+        database.execute_batch(poison).unwrap();
+    }
+
+    /// What it serves, from the inside.
+    pub fn service(&self) -> &takt::service::Service {
+        self.running.as_ref().unwrap().service()
     }
 
     /// Takes the server out, to stop it.
