@@ -175,7 +175,7 @@ fn improved_pso_of_han_reaches_each_joints_optimum() {
             let found = plan(request).per_joint.unwrap();
             for (joint, (found, best)) in found.iter().zip(&optima).enumerate() {
                 assert_eq!(found.evaluations, 50 * 101);
-                assert!(found.duration >= best.duration * (1.0 - 1e-6), "below the optimum");
+                assert!(found.duration >= best.duration * (1.0 - 1e-5), "below the optimum");
                 excess[joint].push(found.duration / best.duration - 1.0);
             }
         }
