@@ -14,7 +14,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::registry::{OptimizerEntry, Parameter, ParameterKind, Settings, real};
+use super::entry::{OptimizerEntry, Parameter, ParameterKind, Settings, real};
 use super::{Evaluator, Objective, Optimizer, Ratios, Step};
 use crate::math::random::RandomStream;
 

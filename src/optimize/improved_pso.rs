@@ -12,8 +12,8 @@
 //! is 10 as printed, Euler's number being an option; the search range excludes
 //! 0, where the curve is undefined.
 
+use super::entry::{OptimizerEntry, Parameter, iterations, population, real};
 use super::pso::{COGNITIVE, MAX_VELOCITY, SOCIAL};
-use super::registry::{OptimizerEntry, Parameter, iterations, population, real};
 use super::swarm::{Schedule, Swarm, Weights};
 
 /// Its registry entry.

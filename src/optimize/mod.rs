@@ -2,6 +2,7 @@
 //!
 //! Nothing here knows what is optimised. One file per method.
 
+mod entry;
 mod evaluator;
 mod exact;
 mod improved_pso;
@@ -11,12 +12,10 @@ mod pso_linear;
 mod registry;
 mod swarm;
 
+pub use entry::{OptimizerEntry, OptimizerInfo, Parameter, ParameterInfo, ParameterKind, Settings};
 pub use evaluator::Evaluator;
 pub use minimize::{ConvergencePoint, Solution, minimize};
-pub use registry::{
-    OPTIMIZERS, OptimizerEntry, OptimizerInfo, Parameter, ParameterInfo, ParameterKind, Settings,
-    optimizer, optimizer_names,
-};
+pub use registry::{OPTIMIZERS, optimizer, optimizer_names};
 
 /// What is minimised, over a box.
 pub trait Objective: Sync {

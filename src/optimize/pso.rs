@@ -5,7 +5,7 @@
 //! 2022 (their "standard" one) use it. Chen's eq. 19 compares a fitness with a
 //! position; the intended comparison of fitnesses is made here.
 
-use super::registry::{OptimizerEntry, Parameter, iterations, population, real};
+use super::entry::{OptimizerEntry, Parameter, iterations, population, real};
 use super::swarm::{Schedule, Swarm, Weights};
 
 /// Its registry entry.

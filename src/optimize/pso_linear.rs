@@ -3,8 +3,8 @@
 //! Shi and Eberhart 1998, doi:10.1109/ICEC.1998.699146; the baseline of Shu et
 //! al. (their eq. 13): `w(k) = w_max - (w_max - w_min) k / G`.
 
+use super::entry::{OptimizerEntry, Parameter, iterations, population, real};
 use super::pso::{COGNITIVE, MAX_VELOCITY, SOCIAL};
-use super::registry::{OptimizerEntry, Parameter, iterations, population, real};
 use super::swarm::{Schedule, Swarm, Weights};
 
 /// Its registry entry.

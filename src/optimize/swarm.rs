@@ -1,6 +1,6 @@
 //! The particle swarm that `pso` and its relatives share.
 
-use super::registry::Settings;
+use super::entry::Settings;
 use super::{Evaluator, Optimizer, Step};
 use crate::math::random::RandomStream;
 

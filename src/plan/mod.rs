@@ -3,14 +3,17 @@
 mod error;
 mod limits;
 mod prepare;
+mod prepared;
 mod program;
 mod request;
 mod result;
+mod run;
 pub mod scenarios;
 pub mod verify;
 mod waypoints;
 
 pub use error::{PlanCode, PlanError};
-pub use prepare::{MAX_LEGS, MAX_WAYPOINTS, PreparedPlan, Progress, validate};
+pub use prepare::{MAX_LEGS, MAX_WAYPOINTS, validate};
+pub use prepared::{PreparedPlan, Progress};
 pub use request::*;
 pub use result::*;

@@ -3,7 +3,7 @@
 use std::cell::Cell;
 
 use super::error::PlanError;
-use super::prepare::{PreparedPlan, PreparedWaypoints, Progress};
+use super::prepared::{PreparedPlan, PreparedWaypoints, Progress};
 use super::result::{LegResult, PlanResult, ProgramResult};
 use super::waypoints;
 use crate::budget::Budget;

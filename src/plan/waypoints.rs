@@ -5,7 +5,7 @@ use std::cell::Cell;
 use serde_json::json;
 
 use super::error::PlanError;
-use super::prepare::{LEAST_WAY, PreparedPlan, PreparedWaypoints, Progress, violation_error};
+use super::prepared::{LEAST_WAY, PreparedPlan, PreparedWaypoints, Progress};
 use super::request::{Clock, ConstraintHandling, Constraints, DurationGoal, DurationRange};
 use super::result::{Binding, JointOptimum, PlanMetrics, PlanResult, TrajectoryResult};
 use crate::budget::{Budget, StopReason};
@@ -512,4 +512,14 @@ fn total_variation(coefficients: &[f64], turns: &[f64], length: f64) -> f64 {
         before = here;
     }
     way
+}
+
+/// A limit the finished plan exceeds, as an error.
+fn violation_error(violation: &crate::trajectory::Violation) -> PlanError {
+    let what = if violation.limit == "position" {
+        "the curve leaves the position limits between waypoints"
+    } else {
+        "the plan cannot be made lawful"
+    };
+    PlanError::unreachable(format!("{what}: {}", violation.detail), json!(violation))
 }

@@ -2,6 +2,7 @@
 
 mod bound;
 mod certificate;
+mod curve;
 mod export;
 pub mod interpolation;
 pub mod kernel;

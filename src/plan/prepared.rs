@@ -1,0 +1,116 @@
+//! A valid request, ready to run.
+
+use std::sync::Arc;
+
+use serde::Serialize;
+
+use super::request::{Clock, ConstraintHandling, Constraints, DurationGoal, DurationRange};
+use crate::optimize::{OptimizerEntry, Settings};
+use crate::robot::Robot;
+use crate::trajectory::JointBounds;
+use crate::trajectory::interpolation::Interpolation;
+
+/// A change of position below this counts as none, rad or m.
+pub(super) const LEAST_WAY: f64 = 1e-12;
+
+/// How far a search is.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Progress {
+    /// The program's leg being planned.
+    pub leg: Option<String>,
+    /// Iterations done in this leg.
+    pub iteration: u64,
+    /// Candidates evaluated so far, over all legs.
+    pub evaluations: u64,
+    /// Seconds since the start of the run.
+    pub elapsed_s: f64,
+    /// Best duration so far, s.
+    pub best: Option<f64>,
+    /// Mean fitness of the current generation.
+    pub mean: Option<f64>,
+    /// Proven lower bound on the duration, s.
+    pub lower_bound: Option<f64>,
+}
+
+/// A valid request, ready to run.
+pub struct PreparedPlan {
+    pub(super) robot: Arc<Robot>,
+    pub(super) limits: Vec<JointBounds>,
+    pub(super) seed: u64,
+    pub(super) task: PreparedTask,
+}
+
+pub(super) enum PreparedTask {
+    Waypoints(PreparedWaypoints),
+    Program(Vec<(String, PreparedWaypoints)>),
+}
+
+/// A valid `waypoints` task.
+pub(super) struct PreparedWaypoints {
+    pub waypoints: Vec<Vec<f64>>,
+    pub interpolation: &'static Interpolation,
+    pub optimizer: &'static OptimizerEntry,
+    pub settings: Settings,
+    pub clock: Clock,
+    pub handling: ConstraintHandling,
+    pub constraints: Constraints,
+    pub range: Option<DurationRange>,
+    pub goal: Option<DurationGoal>,
+}
+
+impl PreparedPlan {
+    /// Roughly how long planning takes on one core, s.
+    pub fn estimate_s(&self) -> f64 {
+        self.tasks().map(PreparedWaypoints::estimate_s).sum()
+    }
+
+    /// The task's name.
+    pub fn task(&self) -> &'static str {
+        match &self.task {
+            PreparedTask::Waypoints(_) => "waypoints",
+            PreparedTask::Program(_) => "program",
+        }
+    }
+
+    /// Interpolation and optimizer, or those of a program's legs.
+    pub fn method(&self) -> String {
+        let mut methods: Vec<String> = Vec::new();
+        for task in self.tasks() {
+            let method = format!("{}/{}", task.optimizer.name, task.interpolation.name);
+            if !methods.contains(&method) {
+                methods.push(method);
+            }
+        }
+        methods.join(",")
+    }
+
+    /// The robot.
+    pub fn robot(&self) -> &Arc<Robot> {
+        &self.robot
+    }
+
+    fn tasks(&self) -> impl Iterator<Item = &PreparedWaypoints> {
+        let (one, many) = match &self.task {
+            PreparedTask::Waypoints(task) => (Some(task), None),
+            PreparedTask::Program(legs) => (None, Some(legs.iter().map(|(_, task)| task))),
+        };
+        one.into_iter().chain(many.into_iter().flatten())
+    }
+}
+
+impl PreparedWaypoints {
+    fn estimate_s(&self) -> f64 {
+        let (segments, dof) = (self.waypoints.len() - 1, self.waypoints[0].len());
+        let searches = if self.clock == Clock::PerJoint { dof } else { 1 };
+        let groups = if self.clock == Clock::PerJoint { 1 } else { dof.div_ceil(8) };
+        let evaluation_s = 1e-6 * (0.2 + 0.3 * (segments * groups) as f64);
+        let evaluations = match self.settings.optional("population") {
+            Some(population) => population * (1.0 + self.settings.get("iterations")),
+            None => 100.0 * self.settings.get("iterations") * (segments + 2) as f64,
+        };
+        let limit = self.settings.optional("max_evaluations").unwrap_or(f64::INFINITY);
+        let sweeps = if self.handling == ConstraintHandling::RepairSegment { 4.0 } else { 1.0 };
+        let estimate = evaluations.min(limit) * evaluation_s * sweeps * searches as f64;
+        estimate.min(self.settings.optional("time_limit_s").unwrap_or(f64::INFINITY))
+    }
+}

@@ -1,0 +1,29 @@
+//! Runs a prepared plan: one arm per task.
+
+use super::error::PlanError;
+use super::prepared::{PreparedPlan, PreparedTask, Progress};
+use super::result::PlanResult;
+use super::{program, waypoints};
+use crate::budget::Budget;
+
+impl PreparedPlan {
+    /// Plans. `progress` is called after every generation.
+    ///
+    /// # Errors
+    ///
+    /// If the limits do not admit what was asked, or `budget` ends the run;
+    /// with what exists of the plan.
+    pub fn run(
+        &self,
+        budget: &Budget,
+        progress: &dyn Fn(Progress),
+    ) -> Result<PlanResult, PlanError> {
+        match &self.task {
+            PreparedTask::Waypoints(task) => {
+                let result = waypoints::plan(self, task, self.seed, budget, progress)?;
+                Ok(PlanResult::Trajectory(Box::new(result)))
+            }
+            PreparedTask::Program(legs) => program::plan(self, legs, budget, progress),
+        }
+    }
+}
