@@ -1,6 +1,7 @@
 //! Puts the layers together and runs them: one port, one store, an orderly end.
 
 mod logging;
+mod robot_files;
 mod serving;
 
 use std::net::SocketAddr;
@@ -13,6 +14,7 @@ use tokio::sync::oneshot;
 use tokio::task::JoinHandle;
 
 pub use logging::start_log;
+pub use robot_files::RobotFileError;
 
 use crate::config::Config;
 use crate::grpc;
@@ -31,6 +33,9 @@ pub enum AppError {
     /// The jobs could not be taken up.
     #[error("cannot start the jobs")]
     Jobs(#[from] JobsError),
+    /// A robot file is none.
+    #[error(transparent)]
+    RobotFile(#[from] RobotFileError),
     /// The metrics could not be set up.
     #[error("cannot set up the metrics")]
     Metrics(#[from] prometheus::Error),
@@ -81,6 +86,10 @@ impl Running {
     /// See [`AppError`].
     pub async fn start(config: &Config, listener: TcpListener) -> Result<Self, AppError> {
         let service = open(config).await?;
+        if let Some(directory) = &config.robots_dir {
+            let robots = robot_files::register(&service, directory).await?;
+            tracing::info!(robots, directory = %directory.display(), "registered robot files");
+        }
         let settings = HttpSettings { max_body_bytes: config.max_body_bytes };
         let router = router(service.clone(), settings)?;
         let address = listener.local_addr()?;

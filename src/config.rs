@@ -21,6 +21,9 @@ pub struct Config {
     pub listen: String,
     /// Directory of the database.
     pub data_dir: PathBuf,
+    /// Directory of robot files to register at the start; none if empty.
+    #[serde(deserialize_with = "unless_empty")]
+    pub robots_dir: Option<PathBuf>,
     /// Threads that plan; 0 takes the machine's cores less one.
     pub workers: usize,
     /// Jobs that may wait.
@@ -33,6 +36,12 @@ pub struct Config {
     pub retention_days: u32,
     /// How log lines look.
     pub log_format: LogFormat,
+}
+
+/// TOML has no null: an empty path stands for none.
+fn unless_empty<'de, D: serde::Deserializer<'de>>(from: D) -> Result<Option<PathBuf>, D::Error> {
+    let path = PathBuf::deserialize(from)?;
+    Ok(Some(path).filter(|path| !path.as_os_str().is_empty()))
 }
 
 /// How log lines look.

@@ -131,7 +131,10 @@ mod tests {
     fn syntax_errors_name_line_and_column() {
         let failure = parse("cell.json", "{\n  \"robot\": \"ur5e\"\n  \"task\": 1\n}").unwrap_err();
         assert_eq!(failure.exit(), Exit::Input);
-        assert_eq!(failure.text(), "error: cell.json:3:3: not JSON: expected `,` or `}`\n  \"task\": 1\n");
+        assert_eq!(
+            failure.text(),
+            "error: cell.json:3:3: not JSON: expected `,` or `}`\n  \"task\": 1\n"
+        );
     }
 
     #[test]
