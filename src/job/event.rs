@@ -6,6 +6,7 @@ use serde_json::Value;
 use utoipa::ToSchema;
 
 use super::{JobError, JobState};
+use crate::plan::Progress;
 
 /// One event of a job. All watchers of a job see the same events.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -51,40 +52,6 @@ impl EventKind {
     /// True if no event can follow.
     pub fn is_last(&self) -> bool {
         matches!(self, Self::Finished { .. })
-    }
-}
-
-/// How far a run has come.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct Progress {
-    /// Iterations done.
-    pub iteration: u64,
-    /// Evaluations of the objective by the whole run so far.
-    pub evaluations: u64,
-    /// Seconds since the run began.
-    pub elapsed_s: f64,
-    /// Best objective value so far; absent while no candidate is feasible.
-    pub best: Option<f64>,
-    /// Mean objective value of the present candidates.
-    pub mean: Option<f64>,
-    /// No solution is better than this.
-    pub lower_bound: Option<f64>,
-    /// The leg of a program that is being planned.
-    pub leg: Option<String>,
-}
-
-impl Progress {
-    /// The same with absent instead of infinite or undefined values, which
-    /// JSON cannot hold: live and stored events then stay equal.
-    pub(super) fn finite(self) -> Self {
-        let finite = |value: Option<f64>| value.filter(|value| value.is_finite());
-        Self {
-            elapsed_s: if self.elapsed_s.is_finite() { self.elapsed_s } else { 0.0 },
-            best: finite(self.best),
-            mean: finite(self.mean),
-            lower_bound: finite(self.lower_bound),
-            ..self
-        }
     }
 }
 

@@ -23,7 +23,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 pub use error::JobsError;
 
-pub use event::{EventKind, JobEvent, Progress};
+pub use crate::plan::Progress;
+pub use event::{EventKind, JobEvent};
 pub use jobs::{Drained, JobSettings, Jobs, MAX_ATTEMPTS};
 pub use metrics::Metrics;
 pub use model::{

@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
 
 use super::request::{Clock, ConstraintHandling, Constraints, DurationGoal, DurationRange};
 use crate::optimize::{OptimizerEntry, Settings};
@@ -13,23 +14,38 @@ use crate::trajectory::interpolation::Interpolation;
 /// A change of position below this counts as none, rad or m.
 pub(super) const LEAST_WAY: f64 = 1e-12;
 
-/// How far a search is.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+/// How far planning has come.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Progress {
-    /// The program's leg being planned.
-    pub leg: Option<String>,
     /// Iterations done in this leg.
     pub iteration: u64,
     /// Candidates evaluated so far, over all legs.
     pub evaluations: u64,
     /// Seconds since the start of the run.
     pub elapsed_s: f64,
-    /// Best duration so far, s.
+    /// Best duration so far, s; null while no candidate is feasible.
     pub best: Option<f64>,
     /// Mean fitness of the current generation.
     pub mean: Option<f64>,
     /// Proven lower bound on the duration, s.
     pub lower_bound: Option<f64>,
+    /// The program's leg being planned.
+    pub leg: Option<String>,
+}
+
+impl Progress {
+    /// The same with absent instead of infinite or undefined values, which
+    /// JSON cannot hold: live and stored events then stay equal.
+    pub fn finite(self) -> Self {
+        let finite = |value: Option<f64>| value.filter(|value| value.is_finite());
+        Self {
+            elapsed_s: if self.elapsed_s.is_finite() { self.elapsed_s } else { 0.0 },
+            best: finite(self.best),
+            mean: finite(self.mean),
+            lower_bound: finite(self.lower_bound),
+            ..self
+        }
+    }
 }
 
 /// A valid request, ready to run.

@@ -6,7 +6,7 @@ use utoipa::ToSchema;
 
 use crate::budget::Budget;
 use crate::fault::Faults;
-use crate::job::{Progress, RunContext, RunOutcome, Runner};
+use crate::job::{RunContext, RunOutcome, Runner};
 use crate::plan::{self, PlanCode, PlanError, PlanRequest, PlanResult, TrajectoryResult};
 
 /// Plans what the request asks for.
@@ -80,8 +80,7 @@ impl Runner for PlanningRunner {
             Err(faults) => return rejected(&faults),
         };
         let budget = Budget::new(context.cancel.clone()).with_deadline(context.deadline);
-        let progress = |progress: plan::Progress| (context.progress)(reported(progress));
-        match prepared.run(&budget, &progress) {
+        match prepared.run(&budget, context.progress) {
             Ok(result) => succeeded(&result),
             Err(error) => ended(error),
         }
@@ -107,12 +106,6 @@ fn rejected(faults: &Faults) -> RunOutcome {
         details: serde_json::to_value(&faults.0).unwrap_or_default(),
         partial: None,
     }
-}
-
-fn reported(progress: plan::Progress) -> Progress {
-    let plan::Progress { leg, iteration, evaluations, elapsed_s, best, mean, lower_bound } =
-        progress;
-    Progress { iteration, evaluations, elapsed_s, best, mean, lower_bound, leg }
 }
 
 fn succeeded(result: &PlanResult) -> RunOutcome {
