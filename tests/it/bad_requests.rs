@@ -198,6 +198,7 @@ fn jobs() -> Vec<Case> {
         job("/task/constraints", json!("none"), &["/task/constraints", "`none`"]),
         job("/task/durations", json!({"min": 0, "max": 1}), &["/task/durations/min", "0 s"]),
         job("/task/durations", json!({"min": 2, "max": 1}), &["/task/durations", "not below"]),
+        job("/task/durations", json!([0.1, 5]), &["/task/durations", "expected an object"]),
         job("/task/durations", json!({"min": 1}), &["/task/durations/max", "missing field"]),
         job("/task/duration", json!({"exactly": -4}), &["/task/duration/exactly", "-4 s"]),
         job("/task/duration", json!({"about": 4}), &["/task/duration", "`about`"]),
@@ -215,6 +216,7 @@ fn jobs() -> Vec<Case> {
         ),
         job("/limit_scale", json!({"velocity": 0}), &["/limit_scale/velocity", "(0, 1]"]),
         job("/limit_scale", json!({"jerk": 1.5}), &["/limit_scale/jerk", "1.5"]),
+        job("/limit_scale", json!([0.5]), &["/limit_scale", "expected an object"]),
         job("/limit_scale", json!({"all": 0.5}), &["/limit_scale/all", "unknown field"]),
     ]
 }
