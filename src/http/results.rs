@@ -230,7 +230,7 @@ enum Format {
         ("format" = inline(Option<Format>), Query,
             description = "`polynomial` (default), `samples`, `csv` or `joint_trajectory`"),
         ("rate_hz" = Option<f64>, Query, exclusive_minimum = 0, maximum = 10_000,
-            description = "Samples per second, above 0 to 10000; default 250"),
+            description = "Samples per second, above 0 to 10000; default 250; not with `polynomial`"),
         ("leg" = Option<String>, Query, description = "One leg of a program; default all"),
     ),
     responses(
@@ -255,7 +255,11 @@ pub(super) async fn trajectory(
             ("joint_trajectory", Format::JointTrajectory),
         ],
     );
-    let rate_hz = query.value("rate_hz").unwrap_or(250.0);
+    let given = query.value("rate_hz");
+    if let (Some(Format::Polynomial), Some(_)) = (format, given) {
+        query.fault("rate_hz", "polynomials are exact and have no rate; choose another format");
+    }
+    let rate_hz = given.unwrap_or(250.0);
     if !(rate_hz > 0.0 && rate_hz <= HIGHEST_RATE_HZ) {
         query.fault("rate_hz", format!("{rate_hz} is not above 0 and at most {HIGHEST_RATE_HZ}"));
     }

@@ -389,6 +389,8 @@ fn addresses(job: &str) -> Vec<Case> {
         query(&of("/trajectory?format=samples&rate_hz=NaN"), &["rate_hz", "NaN"]),
         query(&of("/trajectory?format=samples&rate_hz=fast"), &["rate_hz", "`fast`"]),
         query(&of("/trajectory?format=csv&format=csv"), &["format", "more than once"]),
+        query(&of("/trajectory?rate_hz=100"), &["rate_hz", "choose another format"]),
+        query(&of("/trajectory?format=polynomial&rate_hz=100"), &["rate_hz", "no rate"]),
         query(&of("/trajectory?rate=5"), &["rate", "known: format, rate_hz, leg"]),
         query(&of("/convergence?format=png"), &["format", "`png`"]),
         query(&of("/plot.svg?quantity=snap"), &["quantity", "`snap`"]),
