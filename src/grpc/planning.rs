@@ -11,7 +11,7 @@ use super::chunks;
 use super::convert::{MessageForm, read};
 use super::proto;
 use crate::fault::Faults;
-use crate::job::{JobFilter, JobId};
+use crate::job::{JobFilter, JobId, Submitted};
 use crate::plan::PlanResult;
 use crate::service::{Service, ServiceError};
 
@@ -28,6 +28,13 @@ const MAX_PAGE_BYTES: usize = 3 << 20;
 /// Serves [`Service`] as `takt.v1.PlanningService`.
 pub(super) struct Planning(pub(super) Service);
 
+impl Planning {
+    async fn submit(&self, request: Request<proto::JobRequest>) -> Result<Submitted, ServiceError> {
+        let key = idempotency_key(request.metadata())?;
+        self.0.create_job(read(request.into_inner())?, key).await
+    }
+}
+
 type Answers<T> = Pin<Box<dyn Stream<Item = Result<T, Status>> + Send>>;
 
 #[tonic::async_trait]
@@ -36,9 +43,9 @@ impl proto::planning_service_server::PlanningService for Planning {
         &self,
         request: Request<proto::JobRequest>,
     ) -> Result<Response<proto::Job>, Status> {
-        let key = idempotency_key(request.metadata())?;
-        let request = read(request.into_inner()).map_err(ServiceError::from)?;
-        let submitted = self.0.create_job(request, key).await?;
+        let submitted = self.submit(request).await;
+        let submitted =
+            submitted.inspect_err(|error| self.0.count_rejection(error.code.as_str()))?;
         Ok(Response::new(submitted.job.into_message()))
     }
 

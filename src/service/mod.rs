@@ -56,6 +56,11 @@ impl Service {
 
     /// The service over running `jobs`.
     pub fn new(jobs: Jobs, robots: Arc<dyn RobotStore>, metrics: Arc<Metrics>) -> Self {
+        // A counter that is not there before its first count seems never to
+        // have increased.
+        for code in ErrorCode::ALL.map(ErrorCode::as_str) {
+            metrics.rejections.with_label_values(&[code]);
+        }
         Self { inner: Arc::new(Inner { jobs, robots, metrics }) }
     }
 
@@ -78,6 +83,12 @@ impl Service {
         let idempotency = idempotency_key.map(|key| idempotency(key, &request)).transpose()?;
         let new = self.prepare(request, idempotency).await?;
         Ok(self.inner.jobs.submit(new).await?)
+    }
+
+    /// Counts a submission that an edge answered with `code`, be it for
+    /// [`create_job`](Self::create_job) or because it could not be read.
+    pub fn count_rejection(&self, code: &'static str) {
+        self.inner.metrics.rejections.with_label_values(&[code]).inc();
     }
 
     async fn prepare(

@@ -103,7 +103,19 @@ async fn the_figures_agree_with_the_results() {
         let labels = format!("method=\"{method}\",state=\"succeeded\",task=\"waypoints\"");
         expected.push(format!("takt_jobs_ended_total{{{labels}}} 1"));
     }
-    problem(server.post("/v1/jobs", &json!({})).await, 422, "invalid").await;
+    for _ in 0..2 {
+        problem(server.post("/v1/jobs", &json!({})).await, 422, "invalid").await;
+    }
+    problem(server.post("/v1/jobs?wait=1", &quick_job()).await, 422, "invalid").await;
+    let scrap = server.request(Method::POST, "/v1/jobs").header("Content-Type", "application/json");
+    problem(scrap.body("{").send().await.unwrap(), 400, "unreadable").await;
+    let untyped = server.request(Method::POST, "/v1/jobs").body("{}");
+    problem(untyped.send().await.unwrap(), 415, "unsupported_media_type").await;
+    for (code, count) in
+        [("invalid", 3), ("unreadable", 1), ("unsupported_media_type", 1), ("unavailable", 0)]
+    {
+        expected.push(format!("takt_rejections_total{{code=\"{code}\"}} {count}"));
+    }
     expected.extend(["takt_queue_depth 0".to_owned(), "takt_jobs_running 0".to_owned()]);
     // A job counts as running for a moment after its end was stored.
     let mut text = String::new();
