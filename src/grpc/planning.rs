@@ -13,7 +13,7 @@ use super::proto;
 use crate::fault::Faults;
 use crate::job::{JobFilter, JobId, Submitted};
 use crate::plan::PlanResult;
-use crate::service::{Service, ServiceError};
+use crate::service::{Service, ServiceError, blocking};
 
 /// Request metadata that makes a repeated submission harmless.
 const IDEMPOTENCY_KEY: &str = "idempotency-key";
@@ -114,12 +114,11 @@ impl proto::planning_service_server::PlanningService for Planning {
             false => self.0.result_text(id).await?,
         };
         // A large result takes its time, which the async threads do not have.
-        let chunks = tokio::task::spawn_blocking(move || {
-            let result: PlanResult = serde_json::from_str(&text)?;
-            Ok::<_, serde_json::Error>(chunks::split(result.into_message()))
+        let chunks = blocking(move || {
+            let result: PlanResult = serde_json::from_str(&text).map_err(ServiceError::internal)?;
+            Ok::<_, ServiceError>(chunks::split(result.into_message()))
         });
-        let chunks = chunks.await.map_err(ServiceError::internal)?;
-        let chunks = chunks.map_err(ServiceError::internal)?;
+        let chunks = chunks.await?;
         Ok(Response::new(Box::pin(stream::iter(chunks.into_iter().map(Ok)))))
     }
 }

@@ -7,13 +7,13 @@ use serde::Serialize;
 use utoipa::ToSchema;
 
 use super::Edge;
-use super::input::{JobPath, Parameters, off_thread};
+use super::input::{JobPath, Parameters};
 use super::jobs::json_text;
 use super::problem::{Problem, ProblemFault, Problems};
 use crate::job::JobId;
 use crate::picture::{self, Curve, Section};
 use crate::plan::{PlanMetrics, PlanResult, TrajectoryResult};
-use crate::service::ServiceError;
+use crate::service::{ServiceError, blocking};
 use crate::trajectory::{Certificate, JointTrajectory, Quantity, Samples, Timeline, Trajectory};
 
 /// The trajectories asked for.
@@ -129,7 +129,7 @@ async fn from_result<T: Send + 'static>(
     make: impl FnOnce(&PlanResult) -> Result<T, Problem> + Send + 'static,
 ) -> Result<T, Problem> {
     let result = edge.service.result(id).await?;
-    off_thread(move || make(&result)).await
+    blocking(move || make(&result)).await
 }
 
 fn json<T: Serialize>(value: &T) -> Result<Response, Problem> {
