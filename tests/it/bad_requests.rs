@@ -154,7 +154,7 @@ fn jobs() -> Vec<Case> {
             json!([0, -4]),
             &["/task/waypoints/2/1", "slide", "lower limit of -3"],
         ),
-        job("/task/waypoints/2", json!([1e308, 0]), &["/task/waypoints/2/0", "upper limit"]),
+        job("/task/waypoints/2", json!([1e308, 0]), &["/task/waypoints/2/0", "beyond"]),
         job("/task/waypoints", many, &["/task/waypoints", "100000 waypoints"]),
         job(
             "/task/interpolation",
