@@ -20,7 +20,7 @@ use crate::config::Config;
 use crate::grpc;
 use crate::http::{self, HttpSettings};
 use crate::job::{JobSettings, Jobs, JobsError, Metrics};
-use crate::service::{PlanningRunner, Service};
+use crate::service::{PlanningRunner, Service, ServiceError};
 use crate::store::{OpenError, SqliteStore};
 use serving::Limits;
 
@@ -45,14 +45,23 @@ pub enum AppError {
     /// The listener or a connection failed.
     #[error("cannot serve")]
     Serve(#[from] std::io::Error),
+    /// Something failed that only a new start of the process can mend.
+    #[error("cannot go on; start the server again")]
+    Failed(#[source] ServiceError),
 }
 
 /// How long connections get to end once everything else has.
 const CLOSING: Duration = Duration::from_secs(5);
 
+/// How often it is looked whether the service can still do its work.
+const LOOK_EVERY: Duration = Duration::from_secs(1);
+
 /// Serves on `listener` until `shutdown` is ready, then ends in order: not
 /// ready, no new jobs, running ones get `drain_s`, then streams and connections
 /// end.
+///
+/// Ends by itself, with an error, once only a new start can help; whoever
+/// watches over the process can then give it one.
 ///
 /// # Errors
 ///
@@ -62,10 +71,27 @@ pub async fn run(
     listener: TcpListener,
     shutdown: impl Future<Output = ()>,
 ) -> Result<(), AppError> {
-    let running = Running::start(config, listener).await?;
+    let mut running = Running::start(config, listener).await?;
     tracing::info!(address = %running.address, version = env!("CARGO_PKG_VERSION"), "serving");
-    shutdown.await;
-    running.stop().await
+    let failure = tokio::select! {
+        () = shutdown => return running.stop().await,
+        failure = failure(&running.service) => failure,
+    };
+    tracing::error!(%failure, "ending, for only a new start can help");
+    // Whatever the running jobs would still find could not be stored.
+    running.drain = Duration::ZERO;
+    running.stop().await?;
+    Err(AppError::Failed(failure))
+}
+
+/// Waits until `service` can do its work no more.
+async fn failure(service: &Service) -> ServiceError {
+    loop {
+        if let Err(failure) = service.liveness() {
+            return failure;
+        }
+        tokio::time::sleep(LOOK_EVERY).await;
+    }
 }
 
 /// A server that runs.

@@ -11,9 +11,9 @@ use super::chunks;
 use super::convert::{MessageForm, read};
 use super::proto;
 use crate::fault::Faults;
-use crate::job::{JobFilter, JobId};
+use crate::job::{JobFilter, JobId, Submitted};
 use crate::plan::PlanResult;
-use crate::service::{Service, ServiceError};
+use crate::service::{Service, ServiceError, blocking};
 
 /// Request metadata that makes a repeated submission harmless.
 const IDEMPOTENCY_KEY: &str = "idempotency-key";
@@ -28,6 +28,13 @@ const MAX_PAGE_BYTES: usize = 3 << 20;
 /// Serves [`Service`] as `takt.v1.PlanningService`.
 pub(super) struct Planning(pub(super) Service);
 
+impl Planning {
+    async fn submit(&self, request: Request<proto::JobRequest>) -> Result<Submitted, ServiceError> {
+        let key = idempotency_key(request.metadata())?;
+        self.0.create_job(read(request.into_inner())?, key).await
+    }
+}
+
 type Answers<T> = Pin<Box<dyn Stream<Item = Result<T, Status>> + Send>>;
 
 #[tonic::async_trait]
@@ -36,9 +43,9 @@ impl proto::planning_service_server::PlanningService for Planning {
         &self,
         request: Request<proto::JobRequest>,
     ) -> Result<Response<proto::Job>, Status> {
-        let key = idempotency_key(request.metadata())?;
-        let request = read(request.into_inner()).map_err(ServiceError::from)?;
-        let submitted = self.0.create_job(request, key).await?;
+        let submitted = self.submit(request).await;
+        let submitted =
+            submitted.inspect_err(|error| self.0.count_rejection(error.code.as_str()))?;
         Ok(Response::new(submitted.job.into_message()))
     }
 
@@ -107,12 +114,11 @@ impl proto::planning_service_server::PlanningService for Planning {
             false => self.0.result_text(id).await?,
         };
         // A large result takes its time, which the async threads do not have.
-        let chunks = tokio::task::spawn_blocking(move || {
-            let result: PlanResult = serde_json::from_str(&text)?;
-            Ok::<_, serde_json::Error>(chunks::split(result.into_message()))
+        let chunks = blocking(move || {
+            let result: PlanResult = serde_json::from_str(&text).map_err(ServiceError::internal)?;
+            Ok::<_, ServiceError>(chunks::split(result.into_message()))
         });
-        let chunks = chunks.await.map_err(ServiceError::internal)?;
-        let chunks = chunks.map_err(ServiceError::internal)?;
+        let chunks = chunks.await?;
         Ok(Response::new(Box::pin(stream::iter(chunks.into_iter().map(Ok)))))
     }
 }

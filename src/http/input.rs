@@ -18,7 +18,7 @@ use super::Edge;
 use super::problem::{Problem, ProblemFault};
 use crate::fault::Faults;
 use crate::job::JobId;
-use crate::service::ServiceError;
+use crate::service::blocking;
 
 /// A body declared as JSON and of an allowed size, not yet parsed.
 pub(super) struct JsonBody(Vec<u8>);
@@ -30,7 +30,7 @@ impl JsonBody {
         self,
         parse: fn(Value) -> Result<T, Faults>,
     ) -> Result<T, Problem> {
-        off_thread(move || {
+        blocking(move || {
             let value = serde_json::from_slice(&self.0)
                 .map_err(|error| Problem::unreadable(format!("the body is not JSON: {error}")))?;
             Ok(parse(value)?)
@@ -94,15 +94,6 @@ fn check_content_type(headers: &HeaderMap) -> Result<(), Problem> {
     }
     let message = format!("the Content-Type is `{text}`; send application/json");
     Err(Problem::unsupported_media_type(message))
-}
-
-/// Runs `work` on a thread that may block or compute for long.
-pub(super) async fn off_thread<T: Send + 'static>(
-    work: impl FnOnce() -> Result<T, Problem> + Send + 'static,
-) -> Result<T, Problem> {
-    let span = tracing::Span::current();
-    let joined = tokio::task::spawn_blocking(move || span.in_scope(work)).await;
-    joined.unwrap_or_else(|error| Err(ServiceError::internal(error).into()))
 }
 
 /// The job named in the address.

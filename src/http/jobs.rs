@@ -11,9 +11,9 @@ use super::Edge;
 use super::examples;
 use super::input::{JobPath, JsonBody, NoParameters, Parameters};
 use super::problem::{Problem, ProblemFault, Problems};
-use crate::job::{Job, JobFilter, JobPage, JobState};
+use crate::job::{Job, JobFilter, JobPage, JobState, Submitted};
 use crate::plan::PlanResult;
-use crate::service::JobRequest;
+use crate::service::{JobRequest, Service};
 
 const PREFER: HeaderName = HeaderName::from_static("prefer");
 const PREFERENCE_APPLIED: HeaderName = HeaderName::from_static("preference-applied");
@@ -52,13 +52,13 @@ const LONGEST_WAIT_S: u64 = 60;
 )]
 pub(super) async fn create(
     State(edge): State<Edge>,
-    _: NoParameters,
+    query: Result<NoParameters, Problem>,
     headers: HeaderMap,
-    body: JsonBody,
+    body: Result<JsonBody, Problem>,
 ) -> Result<Response, Problem> {
-    let key = idempotency_key(&headers)?;
-    let request = body.parse(JobRequest::parse).await?;
-    let submitted = edge.service.create_job(request, key).await?;
+    let submitted = submit(&edge.service, query, &headers, body).await;
+    let submitted =
+        submitted.inspect_err(|problem| edge.service.count_rejection(problem.code()))?;
     let id = submitted.job.id;
     tracing::info!(job = %id, existing = submitted.existing, "accepted");
     let wait = preferred_wait(&headers);
@@ -83,6 +83,19 @@ pub(super) async fn create(
         answer.insert(IDEMPOTENT_REPLAYED, HeaderValue::from_static("true"));
     }
     Ok(response)
+}
+
+/// The part of [`create`] that may reject the job.
+async fn submit(
+    service: &Service,
+    query: Result<NoParameters, Problem>,
+    headers: &HeaderMap,
+    body: Result<JsonBody, Problem>,
+) -> Result<Submitted, Problem> {
+    query?;
+    let key = idempotency_key(headers)?;
+    let request = body?.parse(JobRequest::parse).await?;
+    Ok(service.create_job(request, key).await?)
 }
 
 fn idempotency_key(headers: &HeaderMap) -> Result<Option<String>, Problem> {

@@ -160,6 +160,11 @@ impl Problem {
         Self { kind, detail: detail.into(), errors: Vec::new() }
     }
 
+    /// The kind of problem as a stable name.
+    pub(super) fn code(&self) -> &'static str {
+        self.kind.code
+    }
+
     /// 422 for query parameters or headers.
     pub(super) fn parameters(errors: Vec<ProblemFault>) -> Self {
         Self { kind: &INVALID, detail: summary(&errors), errors }

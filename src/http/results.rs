@@ -7,13 +7,13 @@ use serde::Serialize;
 use utoipa::ToSchema;
 
 use super::Edge;
-use super::input::{JobPath, Parameters, off_thread};
+use super::input::{JobPath, Parameters};
 use super::jobs::json_text;
 use super::problem::{Problem, ProblemFault, Problems};
 use crate::job::JobId;
 use crate::picture::{self, Curve, Section};
 use crate::plan::{PlanMetrics, PlanResult, TrajectoryResult};
-use crate::service::ServiceError;
+use crate::service::{ServiceError, blocking};
 use crate::trajectory::{Certificate, JointTrajectory, Quantity, Samples, Timeline, Trajectory};
 
 /// The trajectories asked for.
@@ -129,7 +129,7 @@ async fn from_result<T: Send + 'static>(
     make: impl FnOnce(&PlanResult) -> Result<T, Problem> + Send + 'static,
 ) -> Result<T, Problem> {
     let result = edge.service.result(id).await?;
-    off_thread(move || make(&result)).await
+    blocking(move || make(&result)).await
 }
 
 fn json<T: Serialize>(value: &T) -> Result<Response, Problem> {
@@ -230,7 +230,7 @@ enum Format {
         ("format" = inline(Option<Format>), Query,
             description = "`polynomial` (default), `samples`, `csv` or `joint_trajectory`"),
         ("rate_hz" = Option<f64>, Query, exclusive_minimum = 0, maximum = 10_000,
-            description = "Samples per second, above 0 to 10000; default 250"),
+            description = "Samples per second, above 0 to 10000; default 250; not with `polynomial`"),
         ("leg" = Option<String>, Query, description = "One leg of a program; default all"),
     ),
     responses(
@@ -255,7 +255,11 @@ pub(super) async fn trajectory(
             ("joint_trajectory", Format::JointTrajectory),
         ],
     );
-    let rate_hz = query.value("rate_hz").unwrap_or(250.0);
+    let given = query.value("rate_hz");
+    if let (Some(Format::Polynomial), Some(_)) = (format, given) {
+        query.fault("rate_hz", "polynomials are exact and have no rate; choose another format");
+    }
+    let rate_hz = given.unwrap_or(250.0);
     if !(rate_hz > 0.0 && rate_hz <= HIGHEST_RATE_HZ) {
         query.fault("rate_hz", format!("{rate_hz} is not above 0 and at most {HIGHEST_RATE_HZ}"));
     }

@@ -41,22 +41,6 @@ pub enum JobsError {
     Internal(String),
 }
 
-impl JobsError {
-    /// Stable name of the reason.
-    pub fn code(&self) -> &'static str {
-        match self {
-            Self::NotFound(_) => "not_found",
-            Self::Conflict { .. } => "conflict",
-            Self::QueueFull { .. } => "queue_full",
-            Self::Draining => "draining",
-            Self::IdempotencyMismatch => "idempotency_mismatch",
-            Self::PageToken(_) => "page_token",
-            Self::StoreFailed(_) => "store_failed",
-            Self::Internal(_) => "internal",
-        }
-    }
-}
-
 impl From<StoreError> for JobsError {
     fn from(error: StoreError) -> Self {
         match error {

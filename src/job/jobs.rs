@@ -125,11 +125,7 @@ impl Jobs {
         let core = self.core.clone();
         // A task of its own: a client that goes away must not leave a job
         // stored but not queued.
-        let submitted = in_background(async move { core.submit(new).await }).await;
-        if let Err(error) = &submitted {
-            self.core.metrics.rejections.with_label_values(&[error.code()]).inc();
-        }
-        submitted
+        in_background(async move { core.submit(new).await }).await
     }
 
     /// The job as it is now.

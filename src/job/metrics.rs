@@ -14,7 +14,7 @@ pub struct Metrics {
     pub queue_depth: IntGauge,
     /// Jobs that run.
     pub running: IntGauge,
-    /// Rejected submissions, by error code.
+    /// Rejected submissions, by the error code that the client got.
     pub rejections: IntCounterVec,
     /// Results that came after their job had ended or been claimed anew.
     pub discarded_results: IntCounter,

@@ -3,6 +3,7 @@
 //! Both edges and the command line come here; so whatever is checked here is
 //! checked for all of them.
 
+mod blocking;
 mod error;
 mod job_request;
 mod robots;
@@ -16,6 +17,7 @@ use jiff::{SignedDuration, Timestamp};
 use sha2::{Digest, Sha256};
 use uuid::Uuid;
 
+pub use blocking::blocking;
 pub use error::{ErrorCode, ServiceError};
 pub use job_request::JobRequest;
 pub use robots::{
@@ -56,6 +58,11 @@ impl Service {
 
     /// The service over running `jobs`.
     pub fn new(jobs: Jobs, robots: Arc<dyn RobotStore>, metrics: Arc<Metrics>) -> Self {
+        // A counter that is not there before its first count seems never to
+        // have increased.
+        for code in ErrorCode::ALL.map(ErrorCode::as_str) {
+            metrics.rejections.with_label_values(&[code]);
+        }
         Self { inner: Arc::new(Inner { jobs, robots, metrics }) }
     }
 
@@ -78,6 +85,12 @@ impl Service {
         let idempotency = idempotency_key.map(|key| idempotency(key, &request)).transpose()?;
         let new = self.prepare(request, idempotency).await?;
         Ok(self.inner.jobs.submit(new).await?)
+    }
+
+    /// Counts a submission that an edge answered with `code`, be it for
+    /// [`create_job`](Self::create_job) or because it could not be read.
+    pub fn count_rejection(&self, code: &'static str) {
+        self.inner.metrics.rejections.with_label_values(&[code]).inc();
     }
 
     async fn prepare(
@@ -357,14 +370,6 @@ fn no_result(job: &Job, partial: bool) -> ServiceError {
     let rest =
         if partial { "; what there is of the plan can be had as a partial result" } else { "" };
     ServiceError::new(ErrorCode::NoResult, format!("job {id} is {why}{rest}"))
-}
-
-/// Runs `work`, which may block or compute for long, off the async threads.
-async fn blocking<T: Send + 'static>(
-    work: impl FnOnce() -> Result<T, ServiceError> + Send + 'static,
-) -> Result<T, ServiceError> {
-    let joined = tokio::task::spawn_blocking(work).await;
-    joined.unwrap_or_else(|error| Err(ServiceError::internal(error)))
 }
 
 #[cfg(test)]

@@ -198,6 +198,7 @@ fn jobs() -> Vec<Case> {
         job("/task/constraints", json!("none"), &["/task/constraints", "`none`"]),
         job("/task/durations", json!({"min": 0, "max": 1}), &["/task/durations/min", "0 s"]),
         job("/task/durations", json!({"min": 2, "max": 1}), &["/task/durations", "not below"]),
+        job("/task/durations", json!([0.1, 5]), &["/task/durations", "expected an object"]),
         job("/task/durations", json!({"min": 1}), &["/task/durations/max", "missing field"]),
         job("/task/duration", json!({"exactly": -4}), &["/task/duration/exactly", "-4 s"]),
         job("/task/duration", json!({"about": 4}), &["/task/duration", "`about`"]),
@@ -215,6 +216,7 @@ fn jobs() -> Vec<Case> {
         ),
         job("/limit_scale", json!({"velocity": 0}), &["/limit_scale/velocity", "(0, 1]"]),
         job("/limit_scale", json!({"jerk": 1.5}), &["/limit_scale/jerk", "1.5"]),
+        job("/limit_scale", json!([0.5]), &["/limit_scale", "expected an object"]),
         job("/limit_scale", json!({"all": 0.5}), &["/limit_scale/all", "unknown field"]),
     ]
 }
@@ -387,6 +389,8 @@ fn addresses(job: &str) -> Vec<Case> {
         query(&of("/trajectory?format=samples&rate_hz=NaN"), &["rate_hz", "NaN"]),
         query(&of("/trajectory?format=samples&rate_hz=fast"), &["rate_hz", "`fast`"]),
         query(&of("/trajectory?format=csv&format=csv"), &["format", "more than once"]),
+        query(&of("/trajectory?rate_hz=100"), &["rate_hz", "choose another format"]),
+        query(&of("/trajectory?format=polynomial&rate_hz=100"), &["rate_hz", "no rate"]),
         query(&of("/trajectory?rate=5"), &["rate", "known: format, rate_hz, leg"]),
         query(&of("/convergence?format=png"), &["format", "`png`"]),
         query(&of("/plot.svg?quantity=snap"), &["quantity", "`snap`"]),

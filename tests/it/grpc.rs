@@ -192,6 +192,8 @@ async fn refusals_name_every_fault() {
     let violations = &details.bad_request().unwrap().field_violations;
     let fields: Vec<_> = violations.iter().map(|violation| violation.field.as_str()).collect();
     assert_eq!(fields, ["/task", "/priority"]);
+    let metrics = server.service.metrics_text().unwrap();
+    assert!(metrics.contains("takt_rejections_total{code=\"invalid\"} 1"), "{metrics}");
 
     let mut request = job_request(SUCCEEDS);
     let nobody = proto::robot_ref::Kind::Name("nobody".to_owned());

@@ -1,8 +1,12 @@
 //! What whoever runs the service meets: failures, repetitions, figures.
 
+use std::future::pending;
+
 use futures::future::join_all;
 use reqwest::Method;
 use serde_json::{Value, json};
+use takt::app::{self, AppError};
+use takt::config::Config;
 
 use crate::support::*;
 
@@ -20,6 +24,28 @@ async fn a_failed_store_refuses_everything_and_asks_for_a_new_start() {
     // What needs no store is still there, and the server ends in order.
     assert_eq!(server.get("/metrics").await.status(), 200);
     server.take().stop().await.unwrap();
+}
+
+// A process that stayed up would refuse all jobs until somebody noticed.
+#[tokio::test]
+async fn a_failed_store_ends_the_process_with_an_error() {
+    let directory = tempfile::tempdir().unwrap();
+    let mut config = Config::load(None, [], []).unwrap();
+    config.data_dir = directory.path().to_owned();
+    let listener = tokio::net::TcpListener::bind("127.0.0.1:0").await.unwrap();
+    let address = listener.local_addr().unwrap();
+    let served = tokio::spawn(async move { app::run(&config, listener, pending()).await });
+    let jobs = format!("http://{address}/v1/jobs");
+    let client = reqwest::Client::new();
+    let submit = || client.post(&jobs).json(&endless_job()).send();
+    assert_eq!(submit().await.unwrap().status(), 202);
+    break_store(directory.path());
+    // It may have failed already with the first job's next event, and be gone.
+    if let Ok(refused) = submit().await {
+        assert_eq!(refused.status(), 503);
+    }
+    let error = served.await.unwrap().unwrap_err();
+    assert!(matches!(error, AppError::Failed(_)), "{error}");
 }
 
 #[tokio::test]
@@ -77,7 +103,19 @@ async fn the_figures_agree_with_the_results() {
         let labels = format!("method=\"{method}\",state=\"succeeded\",task=\"waypoints\"");
         expected.push(format!("takt_jobs_ended_total{{{labels}}} 1"));
     }
-    problem(server.post("/v1/jobs", &json!({})).await, 422, "invalid").await;
+    for _ in 0..2 {
+        problem(server.post("/v1/jobs", &json!({})).await, 422, "invalid").await;
+    }
+    problem(server.post("/v1/jobs?wait=1", &quick_job()).await, 422, "invalid").await;
+    let scrap = server.request(Method::POST, "/v1/jobs").header("Content-Type", "application/json");
+    problem(scrap.body("{").send().await.unwrap(), 400, "unreadable").await;
+    let untyped = server.request(Method::POST, "/v1/jobs").body("{}");
+    problem(untyped.send().await.unwrap(), 415, "unsupported_media_type").await;
+    for (code, count) in
+        [("invalid", 3), ("unreadable", 1), ("unsupported_media_type", 1), ("unavailable", 0)]
+    {
+        expected.push(format!("takt_rejections_total{{code=\"{code}\"}} {count}"));
+    }
     expected.extend(["takt_queue_depth 0".to_owned(), "takt_jobs_running 0".to_owned()]);
     // A job counts as running for a moment after its end was stored.
     let mut text = String::new();

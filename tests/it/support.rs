@@ -1,5 +1,6 @@
 //! A server on a free port with a directory of its own, and requests to send.
 
+use std::path::Path;
 use std::time::Duration;
 
 use reqwest::{Client, Method, RequestBuilder, Response, StatusCode};
@@ -36,12 +37,7 @@ impl Server {
 
     /// Makes every commit fail from now on, as a full disk would.
     pub fn break_store(&self) {
-        let database = rusqlite::Connection::open(self.directory.path().join("takt.db")).unwrap();
-        let poison =
-            "CREATE TABLE poison (job INTEGER REFERENCES jobs DEFERRABLE INITIALLY DEFERRED);
-            CREATE TRIGGER poisoning AFTER INSERT ON events
-            BEGIN INSERT INTO poison VALUES (-1); END;";
-        database.execute_batch(poison).unwrap();
+        break_store(self.directory.path());
     }
 
     /// What it serves, from the inside.
@@ -114,6 +110,15 @@ impl Server {
         assert_eq!(state(&job), "succeeded", "{job}");
         address
     }
+}
+
+/// Makes every commit fail from now on to the database in `directory`.
+pub fn break_store(directory: &Path) {
+    let database = rusqlite::Connection::open(directory.join("takt.db")).unwrap();
+    let poison = "CREATE TABLE poison (job INTEGER REFERENCES jobs DEFERRABLE INITIALLY DEFERRED);
+        CREATE TRIGGER poisoning AFTER INSERT ON events
+        BEGIN INSERT INTO poison VALUES (-1); END;";
+    database.execute_batch(poison).unwrap();
 }
 
 pub fn state(job: &Value) -> &str {

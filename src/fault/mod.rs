@@ -3,10 +3,15 @@
 //! Input is checked once, at the edge, and every fault of a request is
 //! reported together.
 
+mod strict;
+
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
+use serde_path_to_error::Segment;
 use utoipa::ToSchema;
+
+use strict::Strict;
 
 /// One fault of a request.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
@@ -78,7 +83,8 @@ pub fn escape(token: &str) -> String {
     token.replace('~', "~0").replace('/', "~1")
 }
 
-/// Reads `value`, which stands at `pointer`, as a `T`.
+/// Reads `value`, which stands at `pointer`, as a `T`; a struct only from an
+/// object, though serde would take a list as well.
 ///
 /// The reader of one field stops at its first fault. To report all of them
 /// together, a field that could not be read is noted, taken out, and the rest
@@ -90,17 +96,22 @@ pub fn read<T: DeserializeOwned>(
 ) -> Option<T> {
     let mut removed = false;
     for _ in 0..=Faults::SHOWN {
-        let (path, error) = match serde_path_to_error::deserialize::<_, T>(&value) {
+        let error = match serde_path_to_error::deserialize::<_, T>(Strict(&value)) {
             Ok(parsed) => return (!removed).then_some(parsed),
-            Err(error) => (pointer_of(error.path()), error.into_inner().to_string()),
+            Err(error) => error,
         };
+        let path = pointer_of(error.path().iter());
+        // A choice without its content would be another fault: it goes as a whole.
+        let whole = error.path().iter().take_while(|step| !matches!(step, Segment::Enum { .. }));
+        let removable = pointer_of(whole);
+        let error = error.into_inner().to_string();
         // After a removal, "missing field" would blame the user for our own deed.
         if removed && error.starts_with("missing field") {
             return None;
         }
         let place = missing_field(&error).map_or(path.clone(), |name| format!("{path}/{name}"));
         faults.add(format!("{pointer}{place}"), error);
-        if !remove(&mut value, &path) {
+        if !remove(&mut value, &removable) {
             return None;
         }
         removed = true;
@@ -112,15 +123,14 @@ fn missing_field(error: &str) -> Option<&str> {
     error.strip_prefix("missing field `")?.split('`').next()
 }
 
-fn pointer_of(path: &serde_path_to_error::Path) -> String {
-    use serde_path_to_error::Segment;
+fn pointer_of<'a>(path: impl Iterator<Item = &'a Segment>) -> String {
     let step = |segment: &Segment| match segment {
         Segment::Seq { index } => format!("/{index}"),
         Segment::Map { key } => format!("/{}", escape(key)),
         Segment::Enum { variant } => format!("/{}", escape(variant)),
         Segment::Unknown => String::new(),
     };
-    path.iter().map(step).collect()
+    path.map(step).collect()
 }
 
 /// Takes the member at `pointer` out of its object; false if it is none.
