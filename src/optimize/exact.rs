@@ -1,16 +1,19 @@
 //! The family's true optimum: minimax over proportions, by the scaling law.
 //!
-//! For `minimise sum(x) subject to r_k(x) <= 1` with `r_k(s x) = r_k(x) / s`,
-//! every direction `x` has one best multiple, so
-//! `F(x) = sum(x) max_k r_k(x)` is to be minimised over directions alone: a
-//! problem without constraints and with one variable less.
+//! For `minimise sum(x) subject to r_k(x) <= 1` with
+//! `r_k(s x) = r_k(x) / s^(d_k)`, every direction `x` has one best multiple, so
+//! `F(x) = sum(x) max_k r_k(x)^(1 / d_k)` is to be minimised over directions
+//! alone: a problem without constraints and with one variable less.
 //!
 //! In logarithms `y = ln x`, `F` is the sum of a convex function and a maximum
 //! of nearly linear ones. A smooth stand-in replaces the maximum by
-//! `1/b ln sum exp(b ln r_k)`, whose curvature is known from gradients alone;
-//! damped Newton steps follow its minimum as `b` grows until both agree. Starts
-//! are the objective's own and the best of a fixed random sample, so the method
-//! is deterministic: the seed changes nothing.
+//! `1/b ln sum exp(b ln r_k / d_k)`; damped Newton steps follow its minimum as
+//! `b` grows until both agree. Its curvature is known from gradients, but for
+//! that of the constraints themselves, which is learnt from step to step:
+//! without it the search stops on the floor of a curved valley. Starts are the
+//! objective's own and the best of a fixed random sample, so the method is
+//! deterministic: the seed changes nothing. No proof says that the best valley
+//! was among them.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -25,7 +28,8 @@ pub const ENTRY: OptimizerEntry = OptimizerEntry {
     description: "Deterministic. Minimises over duration proportions with the scaling law, from \
                   several starts, by smoothed minimax with Newton steps. Ignores the seed and \
                   constraint_handling.",
-    source: "scaling law (spec 0.1); smoothed minimax: Xu 2001, doi:10.1023/A:1011211101714",
+    source: "scaling law of rest-to-rest curves; aggregate smoothing of minimax problems as in \
+             Xiao and Yu 2010, Applied Mathematics and Computation 216, 1868-1879",
     parameters: PARAMETERS,
     build: |settings, objective, _| Box::new(Exact::new(settings, objective)),
 };

@@ -195,7 +195,8 @@ impl<'a> TimingCandidate<'a> {
         }
     }
 
-    /// Han's fitness switch (eqs. 12-15, reading of spec 2.5): segments over a
+    /// Han's fitness switch (eqs. 12-15, which leave open how a
+    /// duration is enlarged): segments over a
     /// limit are stretched by what their worst ratio asks, up to four sweeps,
     /// because stretching one segment changes its neighbours; what is left is
     /// mended by uniform scaling.

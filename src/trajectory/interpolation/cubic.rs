@@ -1,6 +1,7 @@
 //! Cubic spline: C2, at rest at both ends.
 //!
-//! The clamped spline of Shu et al. (spec 1.5), in the knot velocities `v`:
+//! The clamped spline of Shu et al. (whose equations are lost and
+//! reconstructed here), in the knot velocities `v`:
 //! continuity of acceleration at a knot between segments of durations `h` and
 //! `k` with ways `D` and `E` reads
 //! `v₋/h + 2 (1/h + 1/k) v + v₊/k = 3 (D/h² + E/k²)`.

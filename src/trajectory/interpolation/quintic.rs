@@ -1,7 +1,7 @@
 //! Quintic spline: C4 through any number of waypoints, at rest at both ends
 //! with zero acceleration.
 //!
-//! Spec 1.2. Unknown are velocity and acceleration at the inner knots; snap and
+//! Unknown are velocity and acceleration at the inner knots; snap and
 //! jerk are continuous there. The two conditions are the gradient of the
 //! integral of squared jerk, so the block-tridiagonal system is symmetric and
 //! positive definite and needs no pivoting, however uneven the durations.

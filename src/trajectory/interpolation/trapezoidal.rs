@@ -15,7 +15,7 @@ pub const ENTRY: Interpolation = Interpolation {
     description: "Stops at every waypoint; constant acceleration, constant speed, constant \
                   deceleration along a straight line in joint space. Acceleration steps, so no \
                   jerk limit can be kept. Durations follow in closed form: no optimizer searches.",
-    source: "Biagiotti and Melchiorri 2008, doi:10.1007/978-3-540-85629-0, section 3.2",
+    source: "Biagiotti and Melchiorri 2008, doi:10.1007/978-3-540-85629-0, chapter 3",
     continuity: 1,
     min_segments: 1,
     max_segments: None,
