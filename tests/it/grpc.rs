@@ -326,7 +326,8 @@ macro_rules! reflect {
             ask(MessageRequest::ListServices(String::new())),
             ask(MessageRequest::FileContainingSymbol(symbol)),
         ];
-        let answers = client.server_reflection_info(futures::stream::iter(questions)).await.unwrap();
+        let answers =
+            client.server_reflection_info(futures::stream::iter(questions)).await.unwrap();
         let answers: Vec<_> =
             answers.into_inner().map(|it| it.unwrap().message_response.unwrap()).collect().await;
         let MessageResponse::ListServicesResponse(list) = &answers[0] else { panic!("a list") };
