@@ -84,7 +84,7 @@ pub struct JointOptimum {
 pub struct PlanMetrics {
     /// Duration of the first lawful candidate, s.
     pub initial_duration: f64,
-    /// Share of `initial_duration` saved, 0 to 1.
+    /// Share of `initial_duration` saved; negative where a longer duration was asked for.
     pub saved: f64,
     /// Root mean square jerk per joint.
     pub rms_jerk: Vec<f64>,
