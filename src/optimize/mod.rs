@@ -2,9 +2,14 @@
 //!
 //! Nothing here knows what is optimised. One file per method.
 
+mod aga;
+mod coa;
+mod dual_pso;
 mod entry;
 mod evaluator;
 mod exact;
+mod ga;
+mod genetic;
 mod improved_pso;
 mod minimize;
 mod pso;
@@ -44,6 +49,13 @@ pub trait Candidate: Send {
     /// The value to minimise; infinite for a candidate that is not to be used.
     fn fitness(&mut self, position: &[f64]) -> f64;
 
+    /// The fitness together with what it is made of, where the objective can
+    /// tell cost and broken constraints apart; by default all of it is cost.
+    fn appraise(&mut self, position: &[f64]) -> Appraisal {
+        let fitness = self.fitness(position);
+        Appraisal { fitness, cost: fitness, excess: 0.0 }
+    }
+
     /// Moves a candidate that breaks a constraint to one nearby that does not.
     fn repair(&mut self, _position: &mut [f64]) {}
 
@@ -56,6 +68,23 @@ pub trait Candidate: Send {
         ratios.iter_mut().for_each(Vec::clear);
         f64::INFINITY
     }
+}
+
+/// A candidate's fitness and its parts, for methods that weigh them otherwise.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Appraisal {
+    /// The value to minimise, as of [`Candidate::fitness`].
+    pub fitness: f64,
+    /// What it costs, broken constraints aside.
+    pub cost: f64,
+    /// Sum of the squared relative excesses over the limits; zero if all are kept.
+    pub excess: f64,
+}
+
+impl Appraisal {
+    /// That of a candidate that is not to be used.
+    pub const UNUSABLE: Self =
+        Self { fitness: f64::INFINITY, cost: f64::INFINITY, excess: f64::INFINITY };
 }
 
 /// Constraint functions by degree: those in list `d - 1` obey

@@ -1,11 +1,20 @@
 //! Every optimizer the service offers.
 
 use super::entry::OptimizerEntry;
-use super::{exact, improved_pso, pso, pso_linear};
+use super::{aga, coa, dual_pso, exact, ga, improved_pso, pso, pso_linear};
 
 /// Every optimizer the service offers, in alphabetical order.
 pub static OPTIMIZERS: &[OptimizerEntry] =
-    &[exact::ENTRY, improved_pso::ENTRY, pso::ENTRY, pso_linear::ENTRY];
+    &[
+    aga::ENTRY,
+    coa::ENTRY,
+    dual_pso::ENTRY,
+    exact::ENTRY,
+    ga::ENTRY,
+    improved_pso::ENTRY,
+    pso::ENTRY,
+    pso_linear::ENTRY,
+];
 
 /// The optimizer called `name`.
 pub fn optimizer(name: &str) -> Option<&'static OptimizerEntry> {

@@ -39,11 +39,11 @@ pub struct Swarm<S> {
     social: f64,
     velocity_share: f64,
     iteration: u64,
-    position: Vec<f64>,
+    pub(super) position: Vec<f64>,
     velocity: Vec<f64>,
-    fitness: Vec<f64>,
-    own_best: Vec<f64>,
-    own_fitness: Vec<f64>,
+    pub(super) fitness: Vec<f64>,
+    pub(super) own_best: Vec<f64>,
+    pub(super) own_fitness: Vec<f64>,
 }
 
 impl<S: Schedule> Swarm<S> {
@@ -157,7 +157,7 @@ impl<S: Schedule> Optimizer for Swarm<S> {
 }
 
 /// Mean of the finite values, if there are any.
-fn mean(fitness: &[f64]) -> Option<f64> {
+pub(super) fn mean(fitness: &[f64]) -> Option<f64> {
     let feasible = fitness.iter().filter(|value| value.is_finite());
     let (count, sum) = feasible.fold((0u32, 0.0), |(count, sum), value| (count + 1, sum + value));
     (count > 0).then(|| sum / f64::from(count))
