@@ -23,9 +23,9 @@
 //! prose asks for much crossover early and much mutation late, which the
 //! formulas do not do: `generation_factor`. While no individual was feasible all are drawn anew.
 
-use super::entry::{OptimizerEntry, Parameter, ParameterKind, Settings, iterations, population, real};
-use super::genetic::{Roulette, cross, index, mutate, scatter};
-use super::swarm::mean;
+use super::entry::{OptimizerEntry, Parameter, Settings, flag, iterations, population, real};
+use super::genetic::{Roulette, cross, index, mutate};
+use super::particles::mean;
 use super::{Appraisal, Bounds, Evaluator, Objective, Optimizer, Step};
 use crate::math::random::RandomStream;
 
@@ -72,25 +72,19 @@ const PARAMETERS: &[Parameter] = &[
         0.0,
         1.0,
     ),
-    Parameter {
-        name: "generation_factor",
-        description: "let crossover fall to half and mutation rise from half over the search, as \
+    flag(
+        "generation_factor",
+        "let crossover fall to half and mutation rise from half over the search, as \
                       Lin and Yang's prose asks but their formulas do not; default false",
-        kind: ParameterKind::Boolean,
-        default: Some(0.0),
-        min: 0.0,
-        max: 1.0,
-    },
-    Parameter {
-        name: "outer_penalty",
-        description: "select by cost plus eps times the squared relative excess, where the \
+        false,
+    ),
+    flag(
+        "outer_penalty",
+        "select by cost plus eps times the squared relative excess, where the \
                       problem tells them apart, as Lin and Yang do, instead of by the problem's \
                       own fitness; default true",
-        kind: ParameterKind::Boolean,
-        default: Some(1.0),
-        min: 0.0,
-        max: 1.0,
-    },
+        true,
+    ),
     real("penalty", "eps of the first generation; not printed, 10 is our choice", 10.0, 0.0, 1e12),
     real(
         "penalty_doubling",
@@ -138,8 +132,8 @@ impl Adaptive {
             iterations: settings.integer("iterations"),
             crossover: ["crossover_rate_most", "crossover_rate_least"].map(|k| settings.get(k)),
             mutation: ["mutation_rate_most", "mutation_rate_least"].map(|k| settings.get(k)),
-            generation_factor: settings.get("generation_factor") != 0.0,
-            outer_penalty: settings.get("outer_penalty") != 0.0,
+            generation_factor: settings.flag("generation_factor"),
+            outer_penalty: settings.flag("outer_penalty"),
             penalty: settings.get("penalty"),
             penalty_doubling: settings.get("penalty_doubling"),
             generation: 0,
@@ -241,7 +235,7 @@ impl Optimizer for Adaptive {
     fn step(&mut self, evaluator: &mut Evaluator<'_>) -> Step {
         let bounds = evaluator.bounds();
         let kept = if evaluator.best_position().is_empty() {
-            scatter(&mut self.position, bounds, &mut self.random);
+            bounds.scatter(&mut self.position, &mut self.random);
             0
         } else {
             self.breed(bounds);

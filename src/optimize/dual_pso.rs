@@ -20,7 +20,7 @@
 //! particles. From then on another best leads other ways: mostly better ones, but no law says so.
 //! Iterations cost up to three times the evaluations.
 
-use super::entry::{OptimizerEntry, Parameter, ParameterKind, Settings, iterations, population};
+use super::entry::{OptimizerEntry, Parameter, Settings, flag, iterations, population};
 use super::pso::{COGNITIVE, MAX_VELOCITY, SOCIAL};
 use super::pso_linear::{INERTIA_FIRST, INERTIA_LAST, Linear};
 use super::swarm::Swarm;
@@ -54,25 +54,19 @@ const PARAMETERS: &[Parameter] = &[
         ..SOCIAL
     },
     MAX_VELOCITY,
-    Parameter {
-        name: "h2_repair",
-        description: "repair infeasible rows of the second search and try them again instead of \
+    flag(
+        "h2_repair",
+        "repair infeasible rows of the second search and try them again instead of \
                       dropping them as the paper does; default true, because a row of minima is \
                       seldom feasible",
-        kind: ParameterKind::Boolean,
-        default: Some(1.0),
-        min: 0.0,
-        max: 1.0,
-    },
-    Parameter {
-        name: "h2_from_position",
-        description: "form the second search's rows from a particle's position before the \
+        true,
+    ),
+    flag(
+        "h2_from_position",
+        "form the second search's rows from a particle's position before the \
                       iteration instead of its own best; default false",
-        kind: ParameterKind::Boolean,
-        default: Some(0.0),
-        min: 0.0,
-        max: 1.0,
-    },
+        false,
+    ),
 ];
 
 struct DualSwarm {
@@ -100,8 +94,8 @@ impl DualSwarm {
         let population = settings.integer("population") as usize;
         Self {
             swarm: Swarm::new(Linear::new(settings), settings, seed),
-            repairs: settings.get("h2_repair") != 0.0,
-            from_position: settings.get("h2_from_position") != 0.0,
+            repairs: settings.flag("h2_repair"),
+            from_position: settings.flag("h2_from_position"),
             parents: Vec::new(),
             parents_fitness: Vec::new(),
             rows: Rows {
@@ -115,9 +109,9 @@ impl DualSwarm {
     fn keep_parents(&mut self) {
         let swarm = &self.swarm;
         let (position, fitness) = if self.from_position {
-            (&swarm.position, &swarm.fitness)
+            (&swarm.particles.position, &swarm.particles.fitness)
         } else {
-            (&swarm.own_best, &swarm.own_fitness)
+            (&swarm.particles.own_best, &swarm.particles.own_fitness)
         };
         self.parents.clone_from(position);
         self.parents_fitness.clone_from(fitness);
@@ -132,10 +126,10 @@ impl DualSwarm {
         for ((row, &particle), &fitness) in
             position.chunks_exact(dimension).zip(&*particle).zip(&*fitness)
         {
-            if fitness < self.swarm.own_fitness[particle] {
-                self.swarm.own_fitness[particle] = fitness;
+            if fitness < self.swarm.particles.own_fitness[particle] {
+                self.swarm.particles.own_fitness[particle] = fitness;
                 let own = particle * dimension..(particle + 1) * dimension;
-                self.swarm.own_best[own].copy_from_slice(row);
+                self.swarm.particles.own_best[own].copy_from_slice(row);
             }
         }
     }
@@ -181,8 +175,7 @@ impl Rows {
         let mut kept = 0;
         for row in 0..self.particle.len() {
             if self.fitness[row] == f64::INFINITY {
-                self.position
-                    .copy_within(row * dimension..(row + 1) * dimension, kept * dimension);
+                self.position.copy_within(row * dimension..(row + 1) * dimension, kept * dimension);
                 self.particle[kept] = self.particle[row];
                 kept += 1;
             }
@@ -199,7 +192,7 @@ impl Optimizer for DualSwarm {
         let step = self.swarm.step(evaluator);
         let (parents, new) = (
             (self.parents.as_slice(), self.parents_fitness.as_slice()),
-            (self.swarm.position.as_slice(), self.swarm.fitness.as_slice()),
+            (self.swarm.particles.position.as_slice(), self.swarm.particles.fitness.as_slice()),
         );
         self.rows.form(parents, new, evaluator.bounds().dimension());
         self.try_rows(evaluator);
@@ -226,7 +219,10 @@ mod tests {
         let new_fitness = [5.0, NONE, 3.0, 4.0, 2.5];
         rows.form((&parents, &fitness), (&new, &new_fitness), 2);
         // Particle 0 mixes; 1 and 3 have an infeasible parent; 2 and 4 only improved.
-        assert_eq!((rows.position.as_slice(), rows.particle.as_slice()), (&[1.0, 3.0][..], &[0][..]));
+        assert_eq!(
+            (rows.position.as_slice(), rows.particle.as_slice()),
+            (&[1.0, 3.0][..], &[0][..])
+        );
     }
 
     #[test]

@@ -140,7 +140,11 @@ impl<'a> Evaluator<'a> {
         }
         let chunk = ((CHUNK_NS / self.objective.evaluation_ns()) as usize).clamp(1, CHUNK);
         let mut done = 0;
-        let all = |candidate: &mut Box<dyn Candidate + 'a>, positions: &[f64], values: &mut [T]| {
+        let all = |candidate: &mut Box<dyn Candidate + 'a>,
+                   first: u64,
+                   positions: &[f64],
+                   values: &mut [T]| {
+            candidate.seek(first);
             for (position, value) in positions.chunks_exact(dimension).zip(values) {
                 *value = of(candidate.as_mut(), position);
             }
@@ -153,15 +157,17 @@ impl<'a> Evaluator<'a> {
             let round = (chunk * threads).min(values.len() - done).min(left);
             let positions = &positions[done * dimension..(done + round) * dimension];
             let values = &mut values[done..done + round];
+            let before = self.evaluations;
             if threads == 1 {
-                all(&mut self.candidates[0], positions, values);
+                all(&mut self.candidates[0], before, positions, values);
             } else {
                 self.candidates
                     .par_iter_mut()
                     .zip(positions.par_chunks(chunk * dimension))
                     .zip(values.par_chunks_mut(chunk))
-                    .for_each(|((candidate, positions), values)| {
-                        all(candidate, positions, values);
+                    .enumerate()
+                    .for_each(|(at, ((candidate, positions), values))| {
+                        all(candidate, before + (at * chunk) as u64, positions, values);
                     });
             }
             self.evaluations += round as u64;

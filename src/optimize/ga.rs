@@ -8,9 +8,11 @@
 
 use std::cmp::Ordering;
 
-use super::entry::{OptimizerEntry, Parameter, ParameterKind, Settings, iterations, population, real};
-use super::genetic::{Roulette, blend, cross, index, mutate, scatter};
-use super::swarm::mean;
+use super::entry::{
+    OptimizerEntry, Parameter, ParameterKind, Settings, flag, iterations, population, real,
+};
+use super::genetic::{Roulette, blend, cross, index, mutate};
+use super::particles::mean;
 use super::{Bounds, Evaluator, Objective, Optimizer, Step};
 use crate::math::random::RandomStream;
 
@@ -45,24 +47,18 @@ const PARAMETERS: &[Parameter] = &[
         min: 1.0,
         max: 100.0,
     },
-    Parameter {
-        name: "roulette",
-        description: "select parents in proportion to 1 / (1 + f - f_min) instead of by \
+    flag(
+        "roulette",
+        "select parents in proportion to 1 / (1 + f - f_min) instead of by \
                       tournament; default false",
-        kind: ParameterKind::Boolean,
-        default: Some(0.0),
-        min: 0.0,
-        max: 1.0,
-    },
-    Parameter {
-        name: "blend",
-        description: "cross by moving both parents towards each other by a random share instead \
+        false,
+    ),
+    flag(
+        "blend",
+        "cross by moving both parents towards each other by a random share instead \
                       of at a single point; default false",
-        kind: ParameterKind::Boolean,
-        default: Some(0.0),
-        min: 0.0,
-        max: 1.0,
-    },
+        false,
+    ),
     real("crossover_rate", "share of pairs that are crossed; 0.8 is usual", 0.8, 0.0, 1.0),
     real(
         "mutation_rate",
@@ -102,8 +98,8 @@ impl Genetic {
             population,
             elite: settings.integer("elite") as usize,
             tournament: settings.integer("tournament") as usize,
-            roulette: settings.get("roulette") != 0.0,
-            blend: settings.get("blend") != 0.0,
+            roulette: settings.flag("roulette"),
+            blend: settings.flag("blend"),
             crossover_rate: settings.get("crossover_rate"),
             mutation_rate: settings.get("mutation_rate"),
             position: vec![0.0; room],
@@ -135,8 +131,9 @@ impl Genetic {
             return;
         }
         let fitness = &self.fitness;
-        let by_fitness =
-            |a: &usize, b: &usize| -> Ordering { fitness[*a].total_cmp(&fitness[*b]).then(a.cmp(b)) };
+        let by_fitness = |a: &usize, b: &usize| -> Ordering {
+            fitness[*a].total_cmp(&fitness[*b]).then(a.cmp(b))
+        };
         self.order.select_nth_unstable_by(self.elite - 1, by_fitness);
         self.order[..self.elite].sort_unstable_by(by_fitness);
         for (place, &best) in self.order[..self.elite].iter().enumerate() {
@@ -193,7 +190,7 @@ impl Optimizer for Genetic {
     fn step(&mut self, evaluator: &mut Evaluator<'_>) -> Step {
         let bounds = evaluator.bounds();
         let kept = if evaluator.best_position().is_empty() {
-            scatter(&mut self.position, bounds, &mut self.random);
+            bounds.scatter(&mut self.position, &mut self.random);
             0
         } else {
             self.breed(bounds);

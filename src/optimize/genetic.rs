@@ -3,17 +3,6 @@
 use super::Bounds;
 use crate::math::random::RandomStream;
 
-/// Puts every individual at a random place of the box.
-pub fn scatter(positions: &mut [f64], bounds: &Bounds, random: &mut RandomStream) {
-    for individual in positions.chunks_exact_mut(bounds.dimension()) {
-        for (x, (&lower, &upper)) in
-            individual.iter_mut().zip(bounds.lower.iter().zip(&bounds.upper))
-        {
-            *x = random.uniform(lower, upper);
-        }
-    }
-}
-
 /// A random whole number below `count`; 0 if that is 0.
 ///
 /// A number below 1 times a whole one never rounds up to it.

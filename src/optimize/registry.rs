@@ -1,19 +1,24 @@
 //! Every optimizer the service offers.
 
 use super::entry::OptimizerEntry;
-use super::{aga, coa, dual_pso, exact, ga, improved_pso, pso, pso_linear};
+use super::{
+    aga, cfpso, coa, dual_pso, exact, ga, gold_sa, golds_pso, improved_pso, pso, pso_linear, spso,
+};
 
 /// Every optimizer the service offers, in alphabetical order.
-pub static OPTIMIZERS: &[OptimizerEntry] =
-    &[
+pub static OPTIMIZERS: &[OptimizerEntry] = &[
     aga::ENTRY,
+    cfpso::ENTRY,
     coa::ENTRY,
     dual_pso::ENTRY,
     exact::ENTRY,
     ga::ENTRY,
+    gold_sa::ENTRY,
+    golds_pso::ENTRY,
     improved_pso::ENTRY,
     pso::ENTRY,
     pso_linear::ENTRY,
+    spso::ENTRY,
 ];
 
 /// The optimizer called `name`.
