@@ -393,7 +393,7 @@ fn no_candidate(solution: &Solution) -> PlanError {
     let evaluations = solution.evaluations;
     let message = format!(
         "none of {evaluations} candidates kept the limits; widen `durations`, raise the optimizer's \
-         budget or use constraint_handling repair_uniform"
+         budget, use constraint_handling repair_uniform or another interpolation"
     );
     PlanError::unreachable(message, json!({ "evaluations": evaluations }))
 }

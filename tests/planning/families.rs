@@ -27,9 +27,9 @@ fn random_waypoints(random: &mut RandomStream, segments: usize, dof: usize) -> V
     (0..=segments).map(|_| (0..dof).map(|_| random.uniform(-3.0, 3.0)).collect()).collect()
 }
 
-/// Nearly equal to 1:10000.
+/// Nearly equal to 1:1000.
 fn random_durations(random: &mut RandomStream, segments: usize) -> Vec<f64> {
-    let spread = random.uniform(0.0, 2.0);
+    let spread = random.uniform(0.0, 1.5);
     (0..segments).map(|_| 10f64.powf(random.uniform(-spread, spread))).collect()
 }
 
@@ -139,7 +139,11 @@ fn tridiagonal_solutions_are_the_dense_ones() {
         ] {
             let segments = least + number % (7 - least);
             let waypoints = random_waypoints(&mut random, segments, 3);
-            let durations = random_durations(&mut random, segments);
+            let mut durations = random_durations(&mut random, segments);
+            if number % 10 == 0 {
+                durations[0] *= 1e-3;
+                durations[segments / 2] *= 1e3;
+            }
             let trajectory = curve(name, &waypoints, &durations);
             let parts = parts_of(&durations);
             assert_eq!(trajectory.pieces.len(), parts.len());
@@ -402,7 +406,7 @@ fn a_uniform_bspline_keeps_position_limits() {
     let error = try_plan(json!({ "robot": &robot, "task": task })).unwrap_err();
     assert_eq!(error.code.as_str(), "limits_unreachable");
     let task = json!({ "type": "waypoints", "interpolation": "bspline_uniform",
-        "waypoints": [[0.0], [0.9], [0.8], [0.2]] });
+        "waypoints": [[0.0], [0.7], [0.6], [0.2]] });
     assert!(!plan(json!({ "robot": robot, "task": task })).certificate.lawful);
 }
 

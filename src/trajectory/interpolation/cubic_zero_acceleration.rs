@@ -55,46 +55,28 @@ impl Family for CubicZeroAcceleration {
     fn fit(joints: &JointLanes, durations: &[f64], work: &mut Workspace) {
         let (groups, segments) = (joints.groups(), joints.segments());
         if segments == 1 {
-            for group in 0..groups {
-                let [start, way] = [joints.start[group], joints.change[group]];
-                // `m` of half the way; over the middle piece, twice as long,
-                // acceleration goes from `4 m` to `-4 m` in its own time.
-                let m = way * 0.5;
-                let [first, last] = [rest_to(start, m), to_rest(start + way, -m)];
-                let middle = moments::cubic_piece(
-                    start + m * (1.0 / 6.0),
-                    way - m * (1.0 / 3.0),
-                    m * 4.0,
-                    -(m * 4.0),
-                );
-                [
-                    work.pieces[group],
-                    work.pieces[groups + group],
-                    work.pieces[2 * groups + group],
-                ] = [first, middle, last];
-            }
-            return;
+            return fit_single(joints, work);
         }
         moments::solve(joints, durations, work);
         for (segment, &h) in durations.iter().enumerate() {
+            let (first, last) = (segment == 0, segment + 1 == segments);
             // The first segment has two pieces.
-            let piece = segment + usize::from(segment > 0);
-            let own = if segment == 0 || segment + 1 == segments { 0.5 * h } else { h };
+            let piece = segment + usize::from(!first);
+            let own = if first || last { 0.5 * h } else { h };
             for group in 0..groups {
                 let (knot, cell) = (segment * groups + group, piece * groups + group);
                 let [start, way] = [joints.start[knot], joints.change[knot]];
                 let from = work.knots[knot][0] * (own * own);
                 let to = work.knots[knot + groups][0] * (own * own);
-                if segment == 0 {
+                if first {
                     let m = way - to * (1.0 / 6.0);
-                    let sixth = m * (1.0 / 6.0);
-                    work.pieces[cell] = rest_to(start, m);
+                    let virtual_way = m * (1.0 / 6.0);
+                    work.pieces[cell] = from_rest(start, m);
                     work.pieces[cell + groups] =
-                        moments::cubic_piece(start + sixth, way - sixth, m, to);
-                } else if segment + 1 == segments {
+                        moments::cubic_piece(start + virtual_way, way - virtual_way, m, to);
+                } else if last {
                     let m = -way - from * (1.0 / 6.0);
-                    let sixth = m * (1.0 / 6.0);
-                    work.pieces[cell] = moments::cubic_piece(start, way + sixth, from, m);
+                    work.pieces[cell] = moments::cubic_piece(start, way + m * (1.0 / 6.0), from, m);
                     work.pieces[cell + groups] = to_rest(start + way, m);
                 } else {
                     work.pieces[cell] = moments::cubic_piece(start, way, from, to);
@@ -104,9 +86,26 @@ impl Family for CubicZeroAcceleration {
     }
 }
 
+/// Both virtual points in one segment: its halves have the way `D/2` and
+/// `W = 0`, so `m = D/2`. The middle piece lasts twice as long as the others; in
+/// its own time acceleration goes from `4 m` to `-4 m`.
+#[inline(always)]
+fn fit_single(joints: &JointLanes, work: &mut Workspace) {
+    let groups = joints.groups();
+    for group in 0..groups {
+        let [start, way] = [joints.start[group], joints.change[group]];
+        let m = way * 0.5;
+        let virtual_way = m * (1.0 / 6.0);
+        work.pieces[group] = from_rest(start, m);
+        work.pieces[groups + group] =
+            moments::cubic_piece(start + virtual_way, way - virtual_way * 2.0, m * 4.0, -(m * 4.0));
+        work.pieces[2 * groups + group] = to_rest(start + way, -m);
+    }
+}
+
 /// The cubic from rest at `start` to acceleration `m`, in its own time.
 #[inline(always)]
-fn rest_to(start: Lanes, m: Lanes) -> Piece {
+fn from_rest(start: Lanes, m: Lanes) -> Piece {
     let zero = Lanes::ZERO;
     [start, zero, zero, m * (1.0 / 6.0), zero, zero]
 }

@@ -1,7 +1,7 @@
 //! 4-3-4: quartic, cubics, quartic, in closed form but for one tridiagonal system.
 //!
-//! Shu et al. name the three-segment form, Craig's textbook classic; here it has
-//! any number of segments from two: quartic, cubic, ..., cubic, quartic. Its
+//! Shu et al. name the three-segment form, the textbook classic of Fu, Gonzalez
+//! and Lee; here it has any number of segments from two: quartic, cubic, ..., cubic, quartic. Its
 //! `4n + 2` conditions (waypoints, velocity and acceleration continuous at the
 //! inner knots, both zero at the ends) are reduced to the accelerations at the
 //! inner knots. With velocity and acceleration zero at its start, the first
@@ -19,8 +19,9 @@ pub const ENTRY: Interpolation = Interpolation {
     title: "4-3-4 polynomial",
     description: "Quartic, cubics, quartic: two segments or more, velocity and acceleration zero \
                   at both ends. Jerk jumps at the inner waypoints.",
-    source: "named by Shu et al., dual-optimisation PSO; Craig, Introduction to Robotics; \
-             general form and solution derived here",
+    source: "named by Shu et al., dual-optimisation PSO; three segments in Fu, Gonzalez and \
+             Lee 1987, Robotics: Control, Sensing, Vision, and Intelligence, chapter 4; general form \
+             and solution derived here",
     continuity: 2,
     min_segments: 2,
     max_segments: None,
