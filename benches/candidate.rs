@@ -3,7 +3,7 @@
 use criterion::{Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
 use takt::trajectory::interpolation::{Timing, interpolation};
-use takt::trajectory::kernel::{JointLanes, KernelLimits, Workspace};
+use takt::trajectory::kernel::{JointLanes, KernelLimits};
 
 fn mcb_ab() -> JointLanes {
     let degrees: [[f64; 6]; 4] = [
@@ -27,11 +27,20 @@ fn mcb_ab() -> JointLanes {
 
 fn candidate(c: &mut Criterion) {
     let joints = mcb_ab();
-    let mut work = Workspace::new(&joints);
-    for name in ["quintic", "quintic_han", "3-5-3", "cubic"] {
+    // `bspline` is `cubic`.
+    for name in [
+        "quintic",
+        "quintic_han",
+        "3-5-3",
+        "4-3-4",
+        "cubic",
+        "cubic_zero_acceleration",
+        "bspline_uniform",
+    ] {
         let Some(Timing::Search(kernel)) = interpolation(name).map(|entry| &entry.timing) else {
             continue;
         };
+        let mut work = kernel.workspace(&joints);
         let durations = [2.0, 3.1, 1.9];
         c.bench_function(&format!("mcb-ab/{name}/all peaks"), |b| {
             b.iter(|| kernel.ratios(&joints, black_box(&durations), &mut work));

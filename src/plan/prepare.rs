@@ -226,7 +226,11 @@ impl Check<'_> {
                     most + 1,
                     segments + 1
                 ),
-                _ => format!("{name} takes at least {} segments", interpolation.min_segments),
+                _ => format!(
+                    "{name} takes at least {} waypoints, not {}; quintic takes any number",
+                    interpolation.min_segments + 1,
+                    segments + 1
+                ),
             };
             faults.add(format!("{pointer}/interpolation"), detail);
         }
@@ -270,8 +274,8 @@ impl Check<'_> {
         }
         if full && !interpolation.bounded_jerk && limit.derivatives[2].is_some() {
             let detail = format!(
-                "acceleration of {name} jumps, which the jerk limit of {joint} forbids; use another \
-                 interpolation or remove the jerk limits with \"limits\": {{\"jerk\": null}}"
+                "acceleration of {name} jumps, which the jerk limit of {joint} forbids; use an \
+                 interpolation of bounded jerk, as quintic, or remove the jerk limits with \"limits\": {{\"jerk\": null}}"
             );
             faults.add(format!("{pointer}/interpolation"), detail);
         }

@@ -15,7 +15,7 @@ use crate::optimize::{ConvergencePoint, Solution, minimize};
 use crate::trajectory::interpolation::{Profile, ProfileLimits, Timing};
 use crate::trajectory::kernel::Kernel;
 use crate::trajectory::timing::{Handling, TimingProblem};
-use crate::trajectory::{Certificate, DERIVATIVES, JointBounds, LowerBound, Trajectory};
+use crate::trajectory::{Certificate, DERIVATIVES, JointBounds, LowerBound, Trajectory, Violation};
 
 /// A peak this near its limit binds.
 const BINDING_RATIO: f64 = 0.999;
@@ -47,7 +47,11 @@ pub fn plan(
     let range = run.check_range(&timed.durations);
     let result = run.assemble(plan, timed);
     let full = task.constraints == Constraints::Full;
-    let beyond = result.certificate.violations.iter().find(|v| full || v.limit == "position");
+    // What is not executable breaks limits where it jumps, and says so; no other
+    // excess is excused.
+    let jumps = |v: &Violation| !task.interpolation.executable && v.value.is_none();
+    let matters = |v: &&Violation| v.limit == "position" || full && !jumps(v);
+    let beyond = result.certificate.violations.iter().find(matters);
     match stopped().or(beyond.map(violation_error)).or(range.err()) {
         Some(error) => Err(error.with_partial(PlanResult::Trajectory(Box::new(result)))),
         None => Ok(result),
@@ -223,14 +227,14 @@ impl Run<'_> {
     /// certificate would find a peak above its limit.
     fn lawful(&self, problem: &TimingProblem, mut durations: Vec<f64>) -> (Vec<f64>, Trajectory) {
         for _ in 0..4 {
-            let trajectory = joined(problem.pieces(&durations), &durations);
+            let trajectory = problem.trajectory(&durations);
             let scale = required_scale(&trajectory, self.limits, self.orders());
             if scale <= 1.0 {
                 return (durations, trajectory);
             }
             durations.iter_mut().for_each(|t| *t *= scale * (1.0 + f64::EPSILON));
         }
-        let trajectory = joined(problem.pieces(&durations), &durations);
+        let trajectory = problem.trajectory(&durations);
         (durations, trajectory)
     }
 
@@ -260,7 +264,8 @@ impl Run<'_> {
             }
             durations.push(duration);
         }
-        let mut trajectory = joined(pieces, &lengths);
+        let breakpoints = times(&lengths, lengths.iter().sum());
+        let mut trajectory = Trajectory { breakpoints, pieces };
         let scale = required_scale(&trajectory, self.limits, 2);
         if scale > 1.0 {
             let factor = scale * (1.0 + f64::EPSILON);
@@ -388,7 +393,7 @@ fn no_candidate(solution: &Solution) -> PlanError {
     let evaluations = solution.evaluations;
     let message = format!(
         "none of {evaluations} candidates kept the limits; widen `durations`, raise the optimizer's \
-         budget or use constraint_handling repair_uniform"
+         budget, use constraint_handling repair_uniform or another interpolation"
     );
     PlanError::unreachable(message, json!({ "evaluations": evaluations }))
 }
@@ -408,12 +413,6 @@ fn join(mut first: Solution, second: Solution) -> Solution {
         stop_reason: second.stop_reason,
         ..first
     }
-}
-
-/// Pieces one after the other.
-fn joined(pieces: Vec<Vec<Vec<f64>>>, lengths: &[f64]) -> Trajectory {
-    let total = lengths.iter().sum();
-    Trajectory { breakpoints: times(lengths, total), pieces }
 }
 
 /// Running sums from 0; the last is `total`.
@@ -515,7 +514,7 @@ fn total_variation(coefficients: &[f64], turns: &[f64], length: f64) -> f64 {
 }
 
 /// A limit the finished plan exceeds, as an error.
-fn violation_error(violation: &crate::trajectory::Violation) -> PlanError {
+fn violation_error(violation: &Violation) -> PlanError {
     let what = if violation.limit == "position" {
         "the curve leaves the position limits between waypoints"
     } else {

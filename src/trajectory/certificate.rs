@@ -68,7 +68,7 @@ pub struct JointCertificate {
 pub struct Peak {
     /// Largest magnitude; null if it is infinite, because the derivative below jumps.
     pub peak: Option<f64>,
-    /// When, s.
+    /// When, s; if it is infinite, where the largest jump is.
     pub at: f64,
     /// The limit; null if none is known, and then none is enforced.
     pub limit: Option<f64>,
@@ -110,7 +110,7 @@ pub struct Violation {
     pub value: Option<f64>,
     /// The limit.
     pub limit_value: f64,
-    /// In words.
+    /// In words; where the value is infinite, with the size of the jump behind it.
     pub detail: String,
 }
 
@@ -142,8 +142,9 @@ impl Certificate {
             studies.iter().zip(limits).map(|(study, limits)| study.certify(limits)).collect();
         let violations: Vec<Violation> = joints
             .iter()
+            .zip(&studies)
             .zip(limits)
-            .flat_map(|(joint, limits)| joint.violations(limits))
+            .flat_map(|((joint, study), limits)| joint.violations(study, limits))
             .collect();
         let ratios = joints.iter().flat_map(|joint| {
             [&joint.velocity, &joint.acceleration, &joint.jerk].map(|peak| peak.ratio)
@@ -180,10 +181,39 @@ impl Largest {
     }
 }
 
+/// Where a derivative jumps, which makes all higher ones infinite.
+#[derive(Clone, Copy)]
+struct Jump {
+    /// 0 position, 1 velocity, 2 acceleration, ...
+    order: usize,
+    /// rad or m, per second to the order; infinite if it cannot be computed.
+    size: f64,
+    at: f64,
+}
+
+impl Jump {
+    /// A jump of a lower derivative is worse than any of a higher one.
+    fn is_worse_than(&self, other: &Self) -> bool {
+        self.order < other.order || self.order == other.order && self.size > other.size
+    }
+
+    fn in_words(&self, limits: &JointBounds) -> String {
+        let name = if self.order == 0 { "position" } else { DERIVATIVES[self.order - 1] };
+        let (size, unit) = (self.size, limits.unit_of(self.order));
+        if size < 1e-3 {
+            format!("{name} jumps by {size:.3e} {unit}")
+        } else {
+            format!("{name} jumps by {size:.6} {unit}")
+        }
+    }
+}
+
 /// What one joint does.
 struct JointStudy {
     position: [Largest; 2],
     peaks: [Largest; 3],
+    /// The worst jump behind each infinite peak.
+    causes: [Option<Jump>; 3],
     continuity: u32,
     rests: [bool; 2],
 }
@@ -195,6 +225,7 @@ impl JointStudy {
         let mut study = Self {
             position: [lowest; 2],
             peaks: [none; 3],
+            causes: [None; 3],
             continuity: u32::MAX,
             rests: [true; 2],
         };
@@ -213,8 +244,12 @@ impl JointStudy {
             }
             if let Some((left, left_extremes)) = &before {
                 let length = start - trajectory.breakpoints[piece - 1];
-                let jump = first_jump([left, &joints[joint]], [left_extremes, &extremes], length);
-                study.meet(jump, start);
+                let pieces = [left, joints[joint].as_slice()];
+                let jump = first_jump(pieces, [left_extremes, &extremes], length);
+                if let Some((order, size)) = jump {
+                    study.continuity = study.continuity.min((order as u32).saturating_sub(1));
+                    study.blame(Jump { order, size, at: start });
+                }
             }
             before = Some((&joints[joint], extremes));
         }
@@ -224,11 +259,12 @@ impl JointStudy {
     }
 
     /// A derivative that jumps makes all higher ones infinite there.
-    fn meet(&mut self, jump: Option<usize>, at: f64) {
-        let Some(order) = jump else { return };
-        self.continuity = self.continuity.min((order as u32).saturating_sub(1));
-        for peak in self.peaks.iter_mut().skip(order) {
-            peak.include(f64::INFINITY, at);
+    fn blame(&mut self, jump: Jump) {
+        for (peak, cause) in self.peaks.iter_mut().zip(&mut self.causes).skip(jump.order) {
+            if cause.is_none_or(|known| jump.is_worse_than(&known)) {
+                *peak = Largest { value: f64::INFINITY, at: jump.at };
+                *cause = Some(jump);
+            }
         }
     }
 
@@ -242,7 +278,7 @@ impl JointStudy {
             self.rests[side] = velocity <= JUMP_TOLERANCE * self.peaks[0].value;
             if self.rests[side] && acceleration > JUMP_TOLERANCE * self.peaks[1].value {
                 let at = if side == 0 { 0.0 } else { trajectory.duration() };
-                self.peaks[2].include(f64::INFINITY, at);
+                self.blame(Jump { order: 2, size: acceleration, at });
             }
         }
     }
@@ -280,10 +316,10 @@ impl JointStudy {
     }
 }
 
-/// The lowest derivative that jumps between two pieces, if any does.
-fn first_jump(pieces: [&[f64]; 2], extremes: [&Extremes; 2], length: f64) -> Option<usize> {
+/// The lowest derivative that jumps between two pieces, if any does, and by how much.
+fn first_jump(pieces: [&[f64]; 2], extremes: [&Extremes; 2], length: f64) -> Option<(usize, f64)> {
     let [left, right] = pieces;
-    (0..extremes[0].orders().max(extremes[1].orders())).find(|&order| {
+    (0..extremes[0].orders().max(extremes[1].orders())).find_map(|order| {
         let jump = derivative_at(left, order, length) - derivative_at(right, order, 0.0);
         let [a, b] = extremes.map(|extremes| extremes.of(order));
         let peak = a.peak().0.max(b.peak().0);
@@ -294,12 +330,13 @@ fn first_jump(pieces: [&[f64]; 2], extremes: [&Extremes; 2], length: f64) -> Opt
             JUMP_TOLERANCE * peak
         };
         // What cannot be computed is not continuous.
-        jump.is_nan() || jump.abs() > tolerance
+        let size = if jump.is_nan() { f64::INFINITY } else { jump.abs() };
+        (jump.is_nan() || size > tolerance).then_some((order, size))
     })
 }
 
 impl JointCertificate {
-    fn violations(&self, limits: &JointBounds) -> Vec<Violation> {
+    fn violations(&self, study: &JointStudy, limits: &JointBounds) -> Vec<Violation> {
         let mut found = Vec::new();
         let range = &self.position;
         let sides = [
@@ -324,14 +361,16 @@ impl JointCertificate {
                 continue;
             }
             let (name, unit) = (DERIVATIVES[order], limits.unit_of(order + 1));
-            let reached = match peak.peak {
-                Some(peak) => format!("reaches {peak:.6} {unit}"),
-                None => "is infinite, because a lower derivative jumps".to_owned(),
+            let at = peak.at;
+            let reached = match (peak.peak, &study.causes[order]) {
+                (Some(peak), _) => format!("reaches {peak:.6} {unit} at {at:.6} s"),
+                (None, Some(jump)) => {
+                    format!("is infinite at {at:.6} s, where {}", jump.in_words(limits))
+                }
+                (None, None) => format!("is too large to compute at {at:.6} s"),
             };
-            let detail = format!(
-                "{} {name} {reached} at {:.6} s, above its limit of {limit} {unit}",
-                self.name, peak.at
-            );
+            let detail =
+                format!("{} {name} {reached}, above its limit of {limit} {unit}", self.name);
             found.push(self.violation(name, peak.at, peak.peak, limit, detail));
         }
         found

@@ -1,4 +1,4 @@
-//! One segment's exact extrema, for as many joints as a register holds.
+//! One piece's exact extrema, for as many joints as a register holds.
 //!
 //! Everything is inlined into the kernel's dispatched functions: a call left
 //! behind would cost ten times the work.
@@ -36,7 +36,7 @@ impl<S: Simd> Range<S> {
     }
 }
 
-/// Derivatives of a segment in `u`: velocity `v0 + v1 u + ...`, acceleration
+/// Derivatives of a piece in `u`: velocity `v0 + v1 u + ...`, acceleration
 /// `a0 + ... + a3 u^3`.
 pub(super) struct Curve<S: Simd> {
     simd: S,
@@ -76,13 +76,20 @@ impl<S: Simd> Curve<S> {
     #[inline(always)]
     pub(super) fn turns(&self) -> [Vector<S>; 2] {
         let [_, a1, a2, a3] = self.acceleration;
-        let discriminant = a2 * a2 - a1 * a3 * 3.0;
+        self.quadratic_roots([a1, a2, a3 * 3.0])
+    }
+
+    /// Real roots of `c + 2 b u + a u^2`, given as `[c, b, a]`, ascending; zero
+    /// where they do not lie inside (0, 1).
+    #[inline(always)]
+    fn quadratic_roots(&self, [c, b, a]: [Vector<S>; 3]) -> [Vector<S>; 2] {
+        let discriminant = b * b - c * a;
         let root = discriminant.max(self.splat(0.0)).sqrt();
         // The two sums of equal signs: nothing cancels.
-        let negative = a2.below(self.splat(0.0));
-        let q = negative.select(root - a2, -(root + a2));
-        let first = self.inside(q / (a3 * 3.0));
-        let second = self.inside(a1 / q);
+        let negative = b.below(self.splat(0.0));
+        let q = negative.select(root - b, -(root + b));
+        let first = self.inside(q / a);
+        let second = self.inside(c / q);
         [first.min(second), first.max(second)]
     }
 
@@ -95,6 +102,12 @@ impl<S: Simd> Curve<S> {
         if F::DEGREE == 3 {
             return [velocity, Range::between(a0, a0 + a1), Range::between(a1, a1)];
         }
+        if F::DEGREE == 4 {
+            let vertex = self.inside(-a1 / (a2 * 2.0));
+            let acceleration =
+                Range::between(a0, a0 + a1 + a2).with((a2 * vertex + a1) * vertex + a0);
+            return [velocity, acceleration, Range::between(a1, a2 * 2.0 + a1)];
+        }
         let mut acceleration = Range::between(a0, horner(&self.acceleration, one));
         for turn in self.turns() {
             acceleration = acceleration.with(horner(&self.acceleration, turn));
@@ -104,22 +117,33 @@ impl<S: Simd> Curve<S> {
         [velocity, acceleration, jerk]
     }
 
-    /// Velocity inside the segment, where acceleration is zero.
+    /// Velocity inside the piece, where acceleration is zero.
     #[inline(always)]
     pub(super) fn velocity_range<F: Family>(&self) -> Range<S> {
-        if F::DEGREE == 3 {
-            let turn = self.inside(-self.acceleration[0] / self.acceleration[1]);
-            let there = horner(&self.velocity, turn);
-            return Range::between(there, there);
+        let [first, second, third] = self.acceleration_roots::<F>();
+        let there = horner(&self.velocity, first);
+        match F::DEGREE {
+            3 => Range::between(there, there),
+            4 => Range::between(there, horner(&self.velocity, second)),
+            _ => Range::between(there, horner(&self.velocity, second))
+                .with(horner(&self.velocity, third)),
         }
-        let [first, second, third] = self.acceleration_roots();
-        Range::between(horner(&self.velocity, first), horner(&self.velocity, second))
-            .with(horner(&self.velocity, third))
     }
 
-    /// Roots of acceleration, ascending; an interval's start where it holds none.
+    /// Roots of acceleration, in ascending order but for places where there is
+    /// none: those are an end of the interval that was searched. Only as many as
+    /// the degree admits count; the others are one.
     #[inline(always)]
-    pub(super) fn acceleration_roots(&self) -> [Vector<S>; 3] {
+    pub(super) fn acceleration_roots<F: Family>(&self) -> [Vector<S>; 3] {
+        let [a0, a1, a2, _] = self.acceleration;
+        let one = self.splat(1.0);
+        if F::DEGREE == 3 {
+            return [self.inside(-a0 / a1), one, one];
+        }
+        if F::DEGREE == 4 {
+            let [first, second] = self.quadratic_roots([a0, a1 * 0.5, a2]);
+            return [first, second, one];
+        }
         let [low, high] = self.turns();
         let breaks = [self.splat(0.0), low, high, self.splat(1.0)];
         monotone_roots(self.simd, &self.acceleration, breaks)
@@ -143,11 +167,7 @@ impl<S: Simd> Curve<S> {
         let piece = &self.position;
         let end = horner(piece, one);
         let mut range = [piece[0].min(end), piece[0].max(end)];
-        let [r0, r1, r2] = if F::DEGREE == 3 {
-            [self.inside(-self.acceleration[0] / self.acceleration[1]), one, one]
-        } else {
-            self.acceleration_roots()
-        };
+        let [r0, r1, r2] = self.acceleration_roots::<F>();
         let breaks = [self.splat(0.0), r0, r0.max(r1), r0.max(r1).max(r2), one];
         let roots: [Vector<S>; 4] = monotone_roots(self.simd, &self.velocity, breaks);
         for root in roots {

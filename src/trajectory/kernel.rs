@@ -1,10 +1,11 @@
 //! The hot path: curve and exact peaks of one candidate, eight joints at a time.
 //!
-//! A candidate is a list of segment durations. Its curve is computed in each
-//! segment's own time `u` in [0, 1], where `c0 + c1 u + ... + c5 u^5` is the
-//! position; the d-th derivative in seconds is that in `u` over `h^d`. Peaks
-//! come from roots, as in the certificate, but for all joints at once and
-//! without allocation.
+//! A candidate is a list of segment durations. Its curve is one polynomial
+//! piece per segment, or several where a family splits segments, each computed
+//! in its own time `u` in [0, 1], where `c0 + c1 u + ... + c5 u^5` is the
+//! position; the d-th derivative in seconds is that in `u` over `h^d`, with `h`
+//! the duration of the piece. Peaks come from roots, as in the certificate, but
+//! for all joints at once and without allocation.
 
 use std::marker::PhantomData;
 
@@ -12,13 +13,14 @@ use pulp::{Arch, WithSimd};
 
 use super::certificate::LAWFUL_TOLERANCE;
 use super::curve::Curve;
+use super::polynomial_trajectory::Trajectory;
 use crate::math::lanes::{Lanes, Simd, Vector, WIDTH, registers};
 
 /// How far a curve may pass a position limit, relative to the limit or to 1:
 /// by rounding alone where a waypoint lies on it. Below what the certificate allows.
 const POSITION_SLACK: f64 = 0.1 * LAWFUL_TOLERANCE;
 
-/// One segment of eight joints: coefficients of `u^0` to `u^5`.
+/// One piece of eight joints: coefficients of `u^0` to `u^5`.
 pub type Piece = [Lanes; 6];
 
 /// Waypoints and limits of a timing problem, laid out for the kernel.
@@ -107,39 +109,55 @@ impl JointLanes {
 /// Working memory of one evaluating thread.
 #[derive(Clone, Debug)]
 pub struct Workspace {
-    /// The curve: `[segment * groups + group]`.
+    /// The curve: `[piece * groups + group]`.
     pub(super) pieces: Vec<Piece>,
+    /// The first piece of each segment, and the number of pieces.
+    first: Vec<usize>,
     /// Per inner waypoint and group, what a family solves for.
     pub(super) knots: Vec<[Lanes; 2]>,
     /// Per inner waypoint, a family's factorised system.
     pub(super) blocks: Vec<[f64; 8]>,
     /// Ratios of the last call: velocity, acceleration, jerk, each to its lower
-    /// and its upper side; `[segment * groups + group]`.
+    /// and its upper side; `[piece * groups + group]`.
     ratios: Vec<[[Lanes; 2]; 3]>,
 }
 
 impl Workspace {
-    /// Memory for problems of the size of `joints`.
-    pub fn new(joints: &JointLanes) -> Self {
-        let cells = joints.segments * joints.groups;
+    /// Memory for a family's curves through the waypoints of `joints`.
+    fn new<F: Family>(joints: &JointLanes) -> Self {
+        let mut pieces = 0;
+        let mut first = vec![0];
+        for segment in 0..joints.segments {
+            pieces += F::shares(segment, joints.segments).len();
+            first.push(pieces);
+        }
+        let cells = pieces * joints.groups;
         Self {
             pieces: vec![[Lanes::ZERO; 6]; cells],
-            knots: vec![[Lanes::ZERO; 2]; cells + joints.groups],
+            first,
+            knots: vec![[Lanes::ZERO; 2]; (joints.segments + 1) * joints.groups],
             blocks: vec![[0.0; 8]; joints.segments],
             ratios: vec![[[Lanes::ZERO; 2]; 3]; cells],
         }
     }
 
+    /// Cells of a segment's pieces.
+    fn cells(&self, joints: &JointLanes, segment: usize) -> std::ops::Range<usize> {
+        self.first[segment] * joints.groups..self.first[segment + 1] * joints.groups
+    }
+
     /// Peak over limit of `order` (0 velocity, 1 acceleration, 2 jerk) in a
     /// segment, as the last [`Kernel::ratios`] found it.
     pub fn ratio(&self, joints: &JointLanes, segment: usize, joint: usize, order: usize) -> f64 {
-        let [lower, upper] = self.ratios[segment * joints.groups + joint / WIDTH][order];
-        lower.0[joint % WIDTH].max(upper.0[joint % WIDTH])
+        let cells = &self.ratios[self.cells(joints, segment)];
+        let of_joint = cells.iter().skip(joint / WIDTH).step_by(joints.groups);
+        let sides = of_joint.flat_map(|cell| cell[order].map(|side| side.0[joint % WIDTH]));
+        sides.fold(0.0, f64::max)
     }
 
     /// The largest ratio of a segment over all joints: velocity, acceleration, jerk.
     pub fn segment_ratios(&self, joints: &JointLanes, segment: usize) -> [f64; 3] {
-        let cells = &self.ratios[segment * joints.groups..(segment + 1) * joints.groups];
+        let cells = &self.ratios[self.cells(joints, segment)];
         let mut worst = [0.0f64; 3];
         for cell in cells {
             for (worst, [lower, upper]) in worst.iter_mut().zip(cell) {
@@ -150,8 +168,8 @@ impl Workspace {
     }
 
     /// All ratios of the last [`Kernel::ratios`], one list per derivative. The
-    /// two sides are apart: a peak and a trough that bind together would
-    /// otherwise make one function with a kink.
+    /// two sides are apart, and so are the pieces of a segment: peaks that bind
+    /// together would otherwise make one function with a kink.
     pub fn collect(&self, joints: &JointLanes, lists: &mut [Vec<f64>; 3]) {
         for (order, list) in lists.iter_mut().enumerate() {
             list.clear();
@@ -167,8 +185,18 @@ impl Workspace {
 
 /// A family of curves through waypoints, given the durations between them.
 pub trait Family: Send + Sync {
-    /// Highest power in any segment: 3 or 5.
+    /// Highest power in any piece: 3, 4 or 5.
     const DEGREE: usize;
+
+    /// The shares of a segment's duration that its pieces take, in order. They
+    /// sum to 1; one piece fills the segment unless the family splits it.
+    #[inline(always)]
+    fn shares(_segment: usize, _segments: usize) -> &'static [f64] {
+        &[1.0]
+    }
+
+    /// Computes what does not depend on durations, once for a workspace.
+    fn prepare(_joints: &JointLanes, _work: &mut Workspace) {}
 
     /// Fills `work.pieces` for these durations, s.
     fn fit(joints: &JointLanes, durations: &[f64], work: &mut Workspace);
@@ -176,6 +204,9 @@ pub trait Family: Send + Sync {
 
 /// What the timing problem asks of a family of curves.
 pub trait Kernel: Send + Sync {
+    /// Working memory for curves through the waypoints of `joints`.
+    fn workspace(&self, joints: &JointLanes) -> Workspace;
+
     /// The smallest multiple of `durations` that keeps all derivative limits:
     /// the scaling law's `s*`.
     fn scale(&self, joints: &JointLanes, durations: &[f64], work: &mut Workspace) -> f64;
@@ -187,22 +218,22 @@ pub trait Kernel: Send + Sync {
     /// rad or m; zero or less if it does not. Scaling does not change it.
     fn position_excess(&self, joints: &JointLanes, work: &Workspace) -> f64;
 
-    /// The curve alone, into `work`.
-    fn fit(&self, joints: &JointLanes, durations: &[f64], work: &mut Workspace);
-
-    /// Joint `joint`'s coefficients in ascending powers of time in a segment
-    /// of the curve last computed.
-    fn coefficients(
+    /// The curve as a trajectory; it is also left in `work`.
+    fn trajectory(
         &self,
         joints: &JointLanes,
         durations: &[f64],
-        work: &Workspace,
-        segment: usize,
-        joint: usize,
-    ) -> Vec<f64>;
+        work: &mut Workspace,
+    ) -> Trajectory;
 }
 
 impl<F: Family> Kernel for F {
+    fn workspace(&self, joints: &JointLanes) -> Workspace {
+        let mut work = Workspace::new::<F>(joints);
+        F::prepare(joints, &mut work);
+        work
+    }
+
     fn scale(&self, joints: &JointLanes, durations: &[f64], work: &mut Workspace) -> f64 {
         Arch::new().dispatch(Scale::<F> { joints, durations, work, family: PhantomData })
     }
@@ -216,27 +247,40 @@ impl<F: Family> Kernel for F {
         Arch::new().dispatch(Excess::<F> { joints, position, work, family: PhantomData })
     }
 
-    fn fit(&self, joints: &JointLanes, durations: &[f64], work: &mut Workspace) {
-        F::fit(joints, durations, work);
-    }
-
-    fn coefficients(
+    fn trajectory(
         &self,
         joints: &JointLanes,
         durations: &[f64],
-        work: &Workspace,
-        segment: usize,
-        joint: usize,
-    ) -> Vec<f64> {
-        let piece = &work.pieces[segment * joints.groups + joint / WIDTH];
-        let mut power = 1.0;
-        let in_time = piece[..=F::DEGREE].iter().map(|c| {
-            let coefficient = c.0[joint % WIDTH] / power;
-            power *= durations[segment];
-            coefficient
-        });
-        in_time.collect()
+        work: &mut Workspace,
+    ) -> Trajectory {
+        F::fit(joints, durations, work);
+        let (mut breakpoints, mut pieces) = (vec![0.0], Vec::new());
+        let mut start = 0.0;
+        for (segment, duration) in durations.iter().enumerate() {
+            let mut passed = 0.0;
+            for share in F::shares(segment, joints.segments) {
+                passed += share;
+                breakpoints.push(start + passed * duration);
+                let row = &work.pieces[pieces.len() * joints.groups..];
+                let joint = |j: usize| in_time::<F>(&row[j / WIDTH], j % WIDTH, share * duration);
+                pieces.push((0..joints.dof).map(joint).collect());
+            }
+            start += duration;
+        }
+        Trajectory { breakpoints, pieces }
     }
+}
+
+/// One joint's coefficients in ascending powers of time in a piece that lasts
+/// `duration`.
+fn in_time<F: Family>(piece: &Piece, lane: usize, duration: f64) -> Vec<f64> {
+    let mut power = 1.0;
+    let coefficient = |c: &Lanes| {
+        let coefficient = c.0[lane] / power;
+        power *= duration;
+        coefficient
+    };
+    piece[..=F::DEGREE].iter().map(coefficient).collect()
 }
 
 /// [`Kernel::scale`] for the machine's registers.
@@ -256,7 +300,7 @@ impl<F: Family> WithSimd for Scale<'_, F> {
         F::fit(joints, durations, work);
         let zero = Vector::splat(simd, 0.0);
         let mut worst = [zero; 3];
-        joints.each_register::<S>(
+        joints.each_register::<F, S>(
             durations,
             #[inline(always)]
             |cell, part, inverse| {
@@ -272,9 +316,9 @@ impl<F: Family> WithSimd for Scale<'_, F> {
         let [velocity, acceleration, jerk] =
             [worst[0].largest(), worst[1].largest(), worst[2].largest()];
         let mut scale = velocity.max(acceleration.sqrt()).max(libm::cbrt(jerk));
-        // Inside a segment speed peaks at roots of a cubic, the dear part. The
-        // control points bound it, so only segments that may matter are looked at.
-        joints.each_register::<S>(
+        // Inside a piece speed peaks at roots of a cubic, the dear part. The
+        // control points bound it, so only pieces that may matter are looked at.
+        joints.each_register::<F, S>(
             durations,
             #[inline(always)]
             |cell, part, inverse| {
@@ -306,7 +350,7 @@ impl<F: Family> WithSimd for Ratios<'_, F> {
         let Self { joints, durations, work, .. } = self;
         F::fit(joints, durations, work);
         let Workspace { pieces, ratios, .. } = work;
-        joints.each_register::<S>(
+        joints.each_register::<F, S>(
             durations,
             #[inline(always)]
             |cell, part, inverse| {
@@ -362,10 +406,10 @@ impl<F: Family> WithSimd for Excess<'_, F> {
     }
 }
 
-/// Where a segment of eight joints stands.
+/// Where a piece of eight joints stands.
 #[derive(Clone, Copy)]
 struct Cell {
-    /// `segment * groups + group`.
+    /// `piece * groups + group`.
     index: usize,
     group: usize,
 }
@@ -377,15 +421,22 @@ impl JointLanes {
         registers::<S>(self.dof - group * WIDTH)
     }
 
-    /// Calls `f` with every cell, register and inverse duration.
+    /// Calls `f` with every cell, register and inverse duration of the piece.
     #[inline(always)]
-    fn each_register<S: Simd>(&self, durations: &[f64], mut f: impl FnMut(Cell, usize, f64)) {
+    fn each_register<F: Family, S: Simd>(
+        &self,
+        durations: &[f64],
+        mut f: impl FnMut(Cell, usize, f64),
+    ) {
+        let mut index = 0;
         for (segment, duration) in durations.iter().enumerate() {
-            let inverse = 1.0 / duration;
-            for group in 0..self.groups {
-                let cell = Cell { index: segment * self.groups + group, group };
-                for part in 0..self.registers::<S>(group) {
-                    f(cell, part, inverse);
+            for share in F::shares(segment, self.segments) {
+                let inverse = 1.0 / (duration * share);
+                for group in 0..self.groups {
+                    for part in 0..self.registers::<S>(group) {
+                        f(Cell { index, group }, part, inverse);
+                    }
+                    index += 1;
                 }
             }
         }

@@ -3,6 +3,7 @@
 use crate::optimize::{Appraisal, Bounds, Candidate, Objective, Ratios};
 
 use super::kernel::{JointLanes, Kernel, KernelLimits, Workspace};
+use super::polynomial_trajectory::Trajectory;
 
 /// What becomes of a candidate that breaks a limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -87,16 +88,10 @@ impl TimingProblem {
         TimingCandidate::new(self).scale(durations)
     }
 
-    /// The curve's coefficients for `durations`: piece, joint, power.
-    pub fn pieces(&self, durations: &[f64]) -> Vec<Vec<Vec<f64>>> {
-        let mut work = Workspace::new(&self.joints);
-        self.kernel.fit(&self.joints, durations, &mut work);
-        let piece = |segment: usize| {
-            let joint =
-                |j: usize| self.kernel.coefficients(&self.joints, durations, &work, segment, j);
-            (0..self.joints.dof()).map(joint).collect()
-        };
-        (0..self.joints.segments()).map(piece).collect()
+    /// The curve for `durations`.
+    pub fn trajectory(&self, durations: &[f64]) -> Trajectory {
+        let mut work = self.kernel.workspace(&self.joints);
+        self.kernel.trajectory(&self.joints, durations, &mut work)
     }
 
     /// Rest-to-rest durations of the segments, s.
@@ -162,7 +157,7 @@ impl<'a> TimingCandidate<'a> {
         let durations = Vec::with_capacity(problem.joints.segments());
         Self {
             problem,
-            work: Workspace::new(&problem.joints),
+            work: problem.kernel.workspace(&problem.joints),
             durations,
             ratios: Ratios::default(),
         }

@@ -170,7 +170,7 @@ fn reports_all_faults_together() {
 /// The cubic's acceleration steps at start and stop: a jerk limit forbids it.
 #[test]
 fn a_jerk_limit_excludes_curves_without_bounded_jerk() {
-    for interpolation in ["cubic", "trapezoidal"] {
+    for interpolation in ["cubic", "bspline", "bspline_uniform", "trapezoidal"] {
         let found = faults(scenario("mcb-ab", json!({ "interpolation": interpolation })));
         assert!(found.to_string().contains("remove the jerk limits"), "{found}");
     }

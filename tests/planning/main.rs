@@ -5,6 +5,7 @@
 
 mod certificates;
 mod extremes;
+mod families;
 mod golden;
 mod honesty;
 mod kernel;

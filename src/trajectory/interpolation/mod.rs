@@ -1,8 +1,13 @@
 //! Interpolations: how a curve runs through the waypoints. One file each.
 
+mod bspline;
+mod bspline_uniform;
 mod cubic;
+mod cubic_zero_acceleration;
 mod hermite;
+mod moments;
 mod polynomial_353;
+mod polynomial_434;
 mod quintic;
 mod quintic_han;
 mod trapezoidal;
@@ -30,6 +35,9 @@ pub struct Interpolation {
     pub max_segments: Option<usize>,
     /// False if acceleration jumps somewhere, which no jerk limit allows.
     pub bounded_jerk: bool,
+    /// False if velocity may jump at waypoints: limits are then kept inside the
+    /// segments only, plans succeed, and their certificates report the jumps.
+    pub executable: bool,
     /// How its durations are found.
     pub timing: Timing,
 }
@@ -59,8 +67,17 @@ pub struct Profile {
 }
 
 /// Every interpolation the service offers, in alphabetical order.
-pub static INTERPOLATIONS: &[Interpolation] =
-    &[polynomial_353::ENTRY, cubic::ENTRY, quintic::ENTRY, quintic_han::ENTRY, trapezoidal::ENTRY];
+pub static INTERPOLATIONS: &[Interpolation] = &[
+    polynomial_353::ENTRY,
+    polynomial_434::ENTRY,
+    bspline::ENTRY,
+    bspline_uniform::ENTRY,
+    cubic::ENTRY,
+    cubic_zero_acceleration::ENTRY,
+    quintic::ENTRY,
+    quintic_han::ENTRY,
+    trapezoidal::ENTRY,
+];
 
 /// The interpolation called `name`.
 pub fn interpolation(name: &str) -> Option<&'static Interpolation> {
@@ -91,6 +108,11 @@ pub struct InterpolationInfo {
     pub max_segments: Option<usize>,
     /// False if acceleration jumps somewhere: then no jerk limit may be set.
     pub bounded_jerk: bool,
+    /// False if no robot can follow the curve, because velocity may jump at
+    /// waypoints. Plans keep the limits inside the segments and succeed; where
+    /// velocity jumps against an acceleration limit, the certificate is not
+    /// lawful and tells joint, time and size of the jump.
+    pub executable: bool,
     /// True if an optimizer searches its durations.
     pub uses_optimizer: bool,
 }
@@ -107,6 +129,7 @@ impl Interpolation {
             min_segments: self.min_segments,
             max_segments: self.max_segments,
             bounded_jerk: self.bounded_jerk,
+            executable: self.executable,
             uses_optimizer: matches!(self.timing, Timing::Search(_)),
         }
     }

@@ -23,6 +23,7 @@ pub const ENTRY: Interpolation = Interpolation {
     min_segments: 3,
     max_segments: Some(3),
     bounded_jerk: true,
+    executable: true,
     timing: Timing::Search(&QuinticHan),
 };
 

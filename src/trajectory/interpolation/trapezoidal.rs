@@ -20,6 +20,7 @@ pub const ENTRY: Interpolation = Interpolation {
     min_segments: 1,
     max_segments: None,
     bounded_jerk: false,
+    executable: true,
     timing: Timing::ClosedForm(profile),
 };
 
