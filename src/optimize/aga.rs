@@ -279,10 +279,12 @@ impl Merits {
 
     /// `most` up to the average merit, falling to `least` at the largest.
     fn rate(&self, [most, least]: [f64; 2], merit: f64) -> f64 {
-        if merit < self.average || self.largest <= self.average {
+        // The average of equal merits may round to a little less than each.
+        let spread = self.largest - self.average;
+        if merit < self.average || spread <= 1e-12 * self.largest {
             return most;
         }
-        most - (most - least) * (merit - self.average) / (self.largest - self.average)
+        most - (most - least) * (merit - self.average) / spread
     }
 }
 

@@ -177,13 +177,13 @@ mod tests {
     fn the_section_narrows_from_the_side_that_failed() {
         let mut random = RandomStream::new(1, 0);
         let start = GoldenSection::default();
-        assert_section(start, [-PI, PI, -0.741_629_421, 0.741_629_421]);
+        assert_section(start, [-PI, PI, -0.741_629_424, 0.741_629_424]);
         let mut section = start;
         section.follow(1.0, &[0.5], &mut random);
-        assert_section(section, [-PI, 0.741_629_421, -1.658_333_805, -0.741_629_421]);
+        assert_section(section, [-PI, 0.741_629_424, -1.658_333_806, -0.741_629_424]);
         let mut section = start;
         section.follow(1.0, &[1.0], &mut random);
-        assert_section(section, [-0.741_629_421, PI, 0.741_629_421, 1.658_333_805]);
+        assert_section(section, [-0.741_629_424, PI, 0.741_629_424, 1.658_333_806]);
     }
 
     /// The second of two equal improvements is none.
