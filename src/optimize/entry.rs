@@ -110,6 +110,26 @@ pub const fn real(
     Parameter { name, description, kind: ParameterKind::Real, default: Some(default), min, max }
 }
 
+/// A parameter that is on or off.
+pub const fn flag(name: &'static str, description: &'static str, default: bool) -> Parameter {
+    Parameter {
+        name,
+        description,
+        kind: ParameterKind::Boolean,
+        default: Some(if default { 1.0 } else { 0.0 }),
+        min: 0.0,
+        max: 1.0,
+    }
+}
+
+/// `shift`, for methods that draw candidates to the origin.
+pub const SHIFT: Parameter = flag(
+    "shift",
+    "measure positions from the centre of the search range instead of from the origin, which the \
+     method favours; default false, as published",
+    false,
+);
+
 /// An optimizer's parameters, checked and complete.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings(BTreeMap<&'static str, f64>);
@@ -129,6 +149,11 @@ impl Settings {
     /// The value of a parameter that may be off.
     pub fn optional(&self, name: &str) -> Option<f64> {
         self.0.get(name).copied()
+    }
+
+    /// Whether a parameter that is on or off is on.
+    pub fn flag(&self, name: &str) -> bool {
+        self.get(name) != 0.0
     }
 
     /// The value of a whole number.

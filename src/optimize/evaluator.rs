@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::{Bounds, Candidate, Objective, Ratios};
+use super::{Appraisal, Bounds, Candidate, Objective, Ratios};
 use crate::budget::{Budget, StopReason};
 
 /// Work below this is not worth waking another thread, ns.
@@ -11,8 +11,8 @@ const PARALLEL_NS: f64 = 200_000.0;
 /// Most candidates a thread evaluates between two looks at the budget.
 const CHUNK: usize = 64;
 
-/// Most time it should take over them, ns.
-const CHUNK_NS: f64 = 5e6;
+/// Most time it should take over them, ns: how late a cancelled search may end.
+const CHUNK_NS: f64 = 1e6;
 
 /// The objective as an optimizer sees it.
 pub struct Evaluator<'a> {
@@ -94,53 +94,84 @@ impl<'a> Evaluator<'a> {
     /// Evaluates a population, `positions[i * dimension..]` being candidate `i`.
     ///
     /// Runs in several threads where that pays; the result does not depend on
-    /// it. Candidates beyond the budget get an infinite fitness; the very first
-    /// ones are evaluated even without any time.
+    /// it. Candidates beyond the budget get an infinite fitness, and so do those
+    /// whose fitness is not a number; the very first ones are evaluated even
+    /// without any time.
     pub fn population(&mut self, positions: &[f64], fitness: &mut [f64]) {
-        fitness.fill(f64::INFINITY);
+        self.evaluate(positions, fitness, f64::INFINITY, |candidate, position| {
+            let fitness = candidate.fitness(position);
+            if fitness.is_nan() { f64::INFINITY } else { fitness }
+        });
         let dimension = self.bounds().dimension();
-        let work = self.objective.evaluation_ns() * fitness.len() as f64;
+        for (position, &fitness) in positions.chunks_exact(dimension).zip(fitness.iter()) {
+            self.offer(position, fitness);
+        }
+    }
+
+    /// Like [`population`](Self::population), with what the fitnesses are made of.
+    pub fn appraise(&mut self, positions: &[f64], appraisals: &mut [Appraisal]) {
+        self.evaluate(positions, appraisals, Appraisal::UNUSABLE, |candidate, position| {
+            let appraisal = candidate.appraise(position);
+            let Appraisal { fitness, cost, excess } = appraisal;
+            let known = !(fitness.is_nan() || cost.is_nan() || excess.is_nan());
+            if known { appraisal } else { Appraisal::UNUSABLE }
+        });
+        let dimension = self.bounds().dimension();
+        for (position, appraisal) in positions.chunks_exact(dimension).zip(appraisals.iter()) {
+            self.offer(position, appraisal.fitness);
+        }
+    }
+
+    /// Writes what `of` says about every candidate; `unusable` about those
+    /// beyond the budget.
+    fn evaluate<T: Copy + Send>(
+        &mut self,
+        positions: &[f64],
+        values: &mut [T],
+        unusable: T,
+        of: impl Fn(&mut dyn Candidate, &[f64]) -> T + Sync,
+    ) {
+        values.fill(unusable);
+        let dimension = self.bounds().dimension();
+        let work = self.objective.evaluation_ns() * values.len() as f64;
         let threads = if work < PARALLEL_NS { 1 } else { rayon::current_num_threads() };
         while self.candidates.len() < threads {
             self.candidates.push(self.objective.candidate());
         }
         let chunk = ((CHUNK_NS / self.objective.evaluation_ns()) as usize).clamp(1, CHUNK);
         let mut done = 0;
-        while done < fitness.len() && (self.evaluations == 0 || self.stop_reason().is_none()) {
+        let all = |candidate: &mut Box<dyn Candidate + 'a>,
+                   first: u64,
+                   positions: &[f64],
+                   values: &mut [T]| {
+            candidate.seek(first);
+            for (position, value) in positions.chunks_exact(dimension).zip(values) {
+                *value = of(candidate.as_mut(), position);
+            }
+        };
+        while done < values.len() && (self.evaluations == 0 || self.stop_reason().is_none()) {
             // To the number, so that a limit gives the same result on any
             // number of threads.
             let left = self.budget.evaluations_left(self.evaluations);
             let left = usize::try_from(left).unwrap_or(usize::MAX);
-            let round = (chunk * threads).min(fitness.len() - done).min(left);
+            let round = (chunk * threads).min(values.len() - done).min(left);
             let positions = &positions[done * dimension..(done + round) * dimension];
-            let fitness = &mut fitness[done..done + round];
+            let values = &mut values[done..done + round];
+            let before = self.evaluations;
             if threads == 1 {
-                evaluate(&mut self.candidates[0], dimension, positions, fitness);
+                all(&mut self.candidates[0], before, positions, values);
             } else {
                 self.candidates
                     .par_iter_mut()
                     .zip(positions.par_chunks(chunk * dimension))
-                    .zip(fitness.par_chunks_mut(chunk))
-                    .for_each(|((candidate, positions), fitness)| {
-                        evaluate(candidate, dimension, positions, fitness);
+                    .zip(values.par_chunks_mut(chunk))
+                    .enumerate()
+                    .for_each(|(at, ((candidate, positions), values))| {
+                        all(candidate, before + (at * chunk) as u64, positions, values);
                     });
             }
             self.evaluations += round as u64;
             done += round;
         }
-        for (position, &fitness) in positions.chunks_exact(dimension).zip(fitness.iter()) {
-            self.offer(position, fitness);
-        }
-    }
-}
-
-fn evaluate(
-    candidate: &mut Box<dyn Candidate + '_>,
-    dimension: usize,
-    positions: &[f64],
-    fitness: &mut [f64],
-) {
-    for (position, fitness) in positions.chunks_exact(dimension).zip(fitness) {
-        *fitness = candidate.fitness(position);
     }
 }

@@ -2,20 +2,33 @@
 //!
 //! Nothing here knows what is optimised. One file per method.
 
+mod aga;
+mod cfpso;
+mod coa;
+mod dual_pso;
 mod entry;
 mod evaluator;
 mod exact;
+pub mod functions;
+mod ga;
+mod genetic;
+mod gold_sa;
+mod golds_pso;
 mod improved_pso;
 mod minimize;
+mod particles;
 mod pso;
 mod pso_linear;
 mod registry;
+mod spso;
 mod swarm;
 
 pub use entry::{OptimizerEntry, OptimizerInfo, Parameter, ParameterInfo, ParameterKind, Settings};
 pub use evaluator::Evaluator;
 pub use minimize::{ConvergencePoint, Solution, minimize};
 pub use registry::{OPTIMIZERS, optimizer, optimizer_names};
+
+use crate::math::random::RandomStream;
 
 /// What is minimised, over a box.
 pub trait Objective: Sync {
@@ -44,6 +57,18 @@ pub trait Candidate: Send {
     /// The value to minimise; infinite for a candidate that is not to be used.
     fn fitness(&mut self, position: &[f64]) -> f64;
 
+    /// Says which evaluation of the search comes next; [`fitness`](Self::fitness)
+    /// is then called for one after the other. For objectives with noise, which
+    /// must not depend on the thread that evaluates.
+    fn seek(&mut self, _evaluation: u64) {}
+
+    /// The fitness together with what it is made of, where the objective can
+    /// tell cost and broken constraints apart; by default all of it is cost.
+    fn appraise(&mut self, position: &[f64]) -> Appraisal {
+        let fitness = self.fitness(position);
+        Appraisal { fitness, cost: fitness, excess: 0.0 }
+    }
+
     /// Moves a candidate that breaks a constraint to one nearby that does not.
     fn repair(&mut self, _position: &mut [f64]) {}
 
@@ -56,6 +81,23 @@ pub trait Candidate: Send {
         ratios.iter_mut().for_each(Vec::clear);
         f64::INFINITY
     }
+}
+
+/// A candidate's fitness and its parts, for methods that weigh them otherwise.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Appraisal {
+    /// The value to minimise, as of [`Candidate::fitness`].
+    pub fitness: f64,
+    /// What it costs, broken constraints aside.
+    pub cost: f64,
+    /// Sum of the squared relative excesses over the limits; zero if all are kept.
+    pub excess: f64,
+}
+
+impl Appraisal {
+    /// That of a candidate that is not to be used.
+    pub const UNUSABLE: Self =
+        Self { fitness: f64::INFINITY, cost: f64::INFINITY, excess: f64::INFINITY };
 }
 
 /// Constraint functions by degree: those in list `d - 1` obey
@@ -75,6 +117,29 @@ impl Bounds {
     /// Number of variables.
     pub fn dimension(&self) -> usize {
         self.lower.len()
+    }
+
+    /// Puts every candidate of `positions` at a random place of the box.
+    pub fn scatter(&self, positions: &mut [f64], random: &mut RandomStream) {
+        for candidate in positions.chunks_exact_mut(self.dimension()) {
+            for ((x, &lower), &upper) in candidate.iter_mut().zip(&self.lower).zip(&self.upper) {
+                *x = random.uniform(lower, upper);
+            }
+        }
+    }
+
+    /// Moves every component of `positions` that left the box to its edge.
+    pub fn clamp(&self, positions: &mut [f64]) {
+        for candidate in positions.chunks_exact_mut(self.dimension()) {
+            for ((x, &lower), &upper) in candidate.iter_mut().zip(&self.lower).zip(&self.upper) {
+                *x = x.clamp(lower, upper);
+            }
+        }
+    }
+
+    /// The middle of the box.
+    pub fn centre(&self) -> Vec<f64> {
+        self.lower.iter().zip(&self.upper).map(|(lower, upper)| 0.5 * (lower + upper)).collect()
     }
 }
 

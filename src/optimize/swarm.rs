@@ -1,8 +1,12 @@
 //! The particle swarm that `pso` and its relatives share.
 
+use pulp::{Arch, Simd, WithSimd};
+
 use super::entry::Settings;
-use super::{Evaluator, Optimizer, Step};
-use crate::math::random::RandomStream;
+use super::particles::Particles;
+use super::{Bounds, Evaluator, Optimizer, Step};
+use crate::math::lanes::WIDTH;
+use crate::math::random::{RandomLanes, RandomStream};
 
 /// How the swarm's momentum changes from iteration to iteration.
 pub trait Schedule {
@@ -14,151 +18,258 @@ pub trait Schedule {
     fn repairs_initial(&self) -> bool {
         false
     }
+
+    /// What inertia keeps.
+    fn momentum(&self) -> Momentum {
+        Momentum::Velocity
+    }
 }
 
 /// Factors of the velocity update.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Weights {
-    /// On the velocity before.
+    /// On the momentum.
     pub inertia: f64,
     /// On the sum of all three terms.
     pub compression: f64,
+}
+
+/// What inertia keeps of a particle's motion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Momentum {
+    /// The velocity before.
+    Velocity,
+    /// Nothing but the position itself, measured from the origin.
+    Position,
+    /// The position, measured from the centre of the box.
+    ShiftedPosition,
 }
 
 /// A particle swarm (Kennedy and Eberhart 1995, doi:10.1109/ICNN.1995.488968).
 ///
 /// `v <- phi (w v + c1 r1 (p - x) + c2 r2 (g - x))`, clamped to a share of the
 /// box, then `x <- x + v`, clamped to the box; a component that leaves the box
-/// loses its velocity there. Fresh `r1`, `r2` per particle and component.
+/// loses its velocity there. Fresh `r1`, `r2` per particle and component, as
+/// multiples of 2^-32.
 pub struct Swarm<S> {
     schedule: S,
     random: RandomStream,
+    lanes: RandomLanes,
     population: usize,
     iterations: u64,
     cognitive: f64,
     social: f64,
+    /// Largest step as a share of the box.
     velocity_share: f64,
     iteration: u64,
-    position: Vec<f64>,
     velocity: Vec<f64>,
-    fitness: Vec<f64>,
-    own_best: Vec<f64>,
-    own_fitness: Vec<f64>,
+    tiles: Tiles,
+    pub(super) particles: Particles,
+}
+
+/// What belongs to a component of the search space, repeated for every
+/// particle: one loop can then run over all components of all particles.
+#[derive(Default)]
+struct Tiles {
+    lower: Vec<f64>,
+    upper: Vec<f64>,
+    fastest: Vec<f64>,
+    centre: Vec<f64>,
+    best: Vec<f64>,
+}
+
+impl Tiles {
+    fn new(bounds: &Bounds, velocity_share: f64, momentum: Momentum, population: usize) -> Self {
+        let widths = bounds.lower.iter().zip(&bounds.upper).map(|(lower, upper)| upper - lower);
+        let fastest: Vec<f64> = widths.map(|width| velocity_share * width).collect();
+        let centre = match momentum {
+            Momentum::ShiftedPosition => bounds.centre(),
+            Momentum::Velocity | Momentum::Position => vec![0.0; bounds.dimension()],
+        };
+        Self {
+            lower: bounds.lower.repeat(population),
+            upper: bounds.upper.repeat(population),
+            fastest: fastest.repeat(population),
+            best: bounds.lower.repeat(population),
+            centre: centre.repeat(population),
+        }
+    }
+
+    fn set_best(&mut self, best: &[f64]) {
+        for tile in self.best.chunks_exact_mut(best.len()) {
+            tile.copy_from_slice(best);
+        }
+    }
 }
 
 impl<S: Schedule> Swarm<S> {
     /// A swarm with the parameters every relative shares.
     pub fn new(schedule: S, settings: &Settings, seed: u64) -> Self {
         Self {
+            // Without momentum there is no velocity to bound.
+            velocity_share: match schedule.momentum() {
+                Momentum::Velocity => settings.get("max_velocity"),
+                Momentum::Position | Momentum::ShiftedPosition => f64::INFINITY,
+            },
             schedule,
             random: RandomStream::new(seed, 0),
+            lanes: RandomLanes::new(seed, 1),
             population: settings.integer("population") as usize,
             iterations: settings.integer("iterations"),
             cognitive: settings.get("cognitive_coefficient"),
             social: settings.get("social_coefficient"),
-            velocity_share: settings.get("max_velocity"),
             iteration: 0,
-            position: Vec::new(),
             velocity: Vec::new(),
-            fitness: Vec::new(),
-            own_best: Vec::new(),
-            own_fitness: Vec::new(),
+            tiles: Tiles::default(),
+            particles: Particles::default(),
         }
     }
 
     fn initialize(&mut self, evaluator: &mut Evaluator<'_>) {
         let bounds = evaluator.bounds();
         let dimension = bounds.dimension();
-        self.position.reserve(self.population * dimension);
-        for _ in 0..self.population {
-            for (&lower, &upper) in bounds.lower.iter().zip(&bounds.upper) {
-                self.position.push(self.random.uniform(lower, upper));
-            }
-        }
+        self.particles = Particles::new(self.population, dimension);
+        self.velocity = vec![0.0; self.population * dimension];
+        self.tiles =
+            Tiles::new(bounds, self.velocity_share, self.schedule.momentum(), self.population);
+        self.particles.scatter(evaluator, &mut self.random);
         if self.schedule.repairs_initial() {
-            for particle in self.position.chunks_exact_mut(dimension) {
+            for particle in self.particles.position.chunks_exact_mut(dimension) {
                 if evaluator.stop_reason().is_some() {
                     break;
                 }
                 evaluator.repair(particle);
             }
+            self.particles.own_best.copy_from_slice(&self.particles.position);
         }
-        self.velocity = vec![0.0; self.position.len()];
-        self.own_best = self.position.clone();
-        self.fitness = vec![f64::INFINITY; self.population];
-        self.own_fitness = self.fitness.clone();
     }
 
-    /// Draws all particles anew: without a feasible one yet nothing pulls
-    /// them, and they would stand still for ever.
-    fn scatter(&mut self, evaluator: &Evaluator<'_>) {
-        let bounds = evaluator.bounds();
-        for particle in self.position.chunks_exact_mut(bounds.dimension()) {
-            for (x, (&lower, &upper)) in
-                particle.iter_mut().zip(bounds.lower.iter().zip(&bounds.upper))
-            {
-                *x = self.random.uniform(lower, upper);
-            }
-        }
-        self.own_best.copy_from_slice(&self.position);
-    }
-
-    fn fly(&mut self, evaluator: &Evaluator<'_>) {
-        let bounds = evaluator.bounds();
-        let dimension = bounds.dimension();
-        let Weights { inertia: w, compression: phi } =
+    fn fly(&mut self, best: &[f64]) {
+        let Weights { inertia, compression } =
             self.schedule.weights(self.iteration, self.iterations);
-        let (c1, c2) = (self.cognitive, self.social);
-        let best = evaluator.best_position();
-        for particle in 0..self.population {
-            for (d, g) in best.iter().enumerate() {
-                let index = particle * dimension + d;
-                let (lower, upper) = (bounds.lower[d], bounds.upper[d]);
-                let fastest = self.velocity_share * (upper - lower);
-                let x = self.position[index];
-                let (r1, r2) = (self.random.unit(), self.random.unit());
-                let pull = c1 * r1 * (self.own_best[index] - x) + c2 * r2 * (g - x);
-                let v = (phi * (w * self.velocity[index] + pull)).clamp(-fastest, fastest);
-                let moved = x + v;
-                self.position[index] = moved.clamp(lower, upper);
-                let left = moved < lower || moved > upper;
-                self.velocity[index] = if left { 0.0 } else { v };
+        self.tiles.set_best(best);
+        let remembers = self.schedule.momentum() == Momentum::Velocity;
+        if !remembers {
+            let places = self.particles.position.iter().zip(&self.tiles.centre);
+            for (momentum, (x, centre)) in self.velocity.iter_mut().zip(places) {
+                *momentum = x - centre;
             }
         }
-    }
-
-    fn remember(&mut self, dimension: usize) {
-        for particle in 0..self.population {
-            if self.fitness[particle] < self.own_fitness[particle] {
-                self.own_fitness[particle] = self.fitness[particle];
-                let place = particle * dimension..(particle + 1) * dimension;
-                self.own_best[place.clone()].copy_from_slice(&self.position[place]);
-            }
-        }
+        // `x <- w x + ...` moves a particle by `(w - 1) x + ...`.
+        let inertia = if remembers { inertia } else { inertia - 1.0 };
+        Arch::new().dispatch(Flight {
+            factors: Factors {
+                inertia,
+                compression,
+                cognitive: self.cognitive,
+                social: self.social,
+            },
+            lanes: &mut self.lanes,
+            velocity: &mut self.velocity,
+            particles: &mut self.particles,
+            tiles: &self.tiles,
+        });
     }
 }
 
 impl<S: Schedule> Optimizer for Swarm<S> {
     fn step(&mut self, evaluator: &mut Evaluator<'_>) -> Step {
-        if self.position.is_empty() {
+        if self.particles.is_empty() {
             self.initialize(evaluator);
         } else {
             self.iteration += 1;
             if evaluator.best_position().is_empty() {
-                self.scatter(evaluator);
+                self.particles.scatter(evaluator, &mut self.random);
             } else {
-                self.fly(evaluator);
+                self.fly(evaluator.best_position());
             }
         }
-        evaluator.population(&self.position, &mut self.fitness);
-        self.remember(evaluator.bounds().dimension());
-        Step { mean: mean(&self.fitness), converged: false }
+        self.particles.evaluate(evaluator)
     }
 }
 
-/// Mean of the finite values, if there are any.
-fn mean(fitness: &[f64]) -> Option<f64> {
-    let feasible = fitness.iter().filter(|value| value.is_finite());
-    let (count, sum) = feasible.fold((0u32, 0.0), |(count, sum), value| (count + 1, sum + value));
-    (count > 0).then(|| sum / f64::from(count))
+/// One iteration's move of all particles, in the machine's widest registers.
+struct Flight<'a> {
+    factors: Factors,
+    lanes: &'a mut RandomLanes,
+    velocity: &'a mut [f64],
+    particles: &'a mut Particles,
+    tiles: &'a Tiles,
+}
+
+#[derive(Clone, Copy)]
+struct Factors {
+    inertia: f64,
+    compression: f64,
+    cognitive: f64,
+    social: f64,
+}
+
+type Eight = [f64; WIDTH];
+
+impl WithSimd for Flight<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { factors, lanes, velocity, particles, tiles } = self;
+        let mut random = lanes.clone();
+        let (x, x_rest) = particles.position.as_chunks_mut();
+        let (v, v_rest) = velocity.as_chunks_mut();
+        let fixed: [&[f64]; 5] =
+            [&particles.own_best, &tiles.best, &tiles.lower, &tiles.upper, &tiles.fastest];
+        let [p, g, lower, upper, fastest] = fixed.map(|slice| slice.as_chunks());
+        for (index, (x, v)) in x.iter_mut().zip(v).enumerate() {
+            let at = [p, g, lower, upper, fastest].map(|(chunks, _)| &chunks[index]);
+            step(factors, random.pair(), x, v, at);
+        }
+        if !x_rest.is_empty() {
+            // Components that fill no register take the same way in a copy.
+            let copy = |rest: &[f64]| {
+                let mut chunk: Eight = [0.0; WIDTH];
+                chunk[..rest.len()].copy_from_slice(rest);
+                chunk
+            };
+            let (mut x, mut v) = (copy(x_rest), copy(v_rest));
+            let at = [p, g, lower, upper, fastest].map(|(_, rest)| copy(rest));
+            step(factors, random.pair(), &mut x, &mut v, at.each_ref());
+            x_rest.copy_from_slice(&x[..x_rest.len()]);
+            v_rest.copy_from_slice(&v[..v_rest.len()]);
+        }
+        *lanes = random;
+    }
+}
+
+/// Moves eight components.
+#[inline(always)]
+fn step(
+    factors: Factors,
+    [r1, r2]: [Eight; 2],
+    x: &mut Eight,
+    v: &mut Eight,
+    [p, g, lower, upper, fastest]: [&Eight; 5],
+) {
+    let Factors { inertia, compression, cognitive, social } = factors;
+    for l in 0..WIDTH {
+        let pull = cognitive * r1[l] * (p[l] - x[l]) + social * r2[l] * (g[l] - x[l]);
+        let wish = compression * (inertia * v[l] + pull);
+        let speed = fastest[l];
+        let velocity = least(most(wish, -speed), speed);
+        let moved = x[l] + velocity;
+        let inside = least(most(moved, lower[l]), upper[l]);
+        x[l] = inside;
+        v[l] = if inside == moved { velocity } else { 0.0 };
+    }
+}
+
+/// The larger of two numbers, in the form registers compute at once.
+#[inline(always)]
+fn most(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+/// The smaller of two numbers, in the form registers compute at once.
+#[inline(always)]
+fn least(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
 }

@@ -1,6 +1,6 @@
 //! The timing problem: segment durations of one interpolation family.
 
-use crate::optimize::{Bounds, Candidate, Objective, Ratios};
+use crate::optimize::{Appraisal, Bounds, Candidate, Objective, Ratios};
 
 use super::kernel::{JointLanes, Kernel, KernelLimits, Workspace};
 use super::polynomial_trajectory::Trajectory;
@@ -274,8 +274,27 @@ impl Candidate for TimingCandidate<'_> {
         }
     }
 
+    fn appraise(&mut self, position: &[f64]) -> Appraisal {
+        let fitness = self.fitness(position);
+        if self.problem.handling != Handling::Penalty {
+            return Appraisal { fitness, cost: fitness, excess: 0.0 };
+        }
+        // The fitness has just left this candidate's ratios behind.
+        let square = |excess: f64| excess.max(0.0) * excess.max(0.0);
+        let ratios = self.ratios.iter().flatten();
+        let excess = ratios.map(|ratio| square(ratio - 1.0)).sum::<f64>()
+            + square(self.violation(position, 1.0));
+        Appraisal { fitness, cost: position.iter().sum(), excess }
+    }
+
     fn repair(&mut self, position: &mut [f64]) {
         self.repair_segments(position);
+        // Rounding may leave it a hair above, where a rejecting problem would
+        // not take it.
+        let scale = self.scale(position);
+        if scale > 1.0 {
+            position.iter_mut().for_each(|t| *t *= scale * (1.0 + 4.0 * f64::EPSILON));
+        }
         // A search range ends where it ends: the repaired particle starts on it.
         let bounds = &self.problem.bounds;
         for ((t, lower), upper) in position.iter_mut().zip(&bounds.lower).zip(&bounds.upper) {
