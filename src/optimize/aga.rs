@@ -23,7 +23,9 @@
 //! prose asks for much crossover early and much mutation late, which the
 //! formulas do not do: `generation_factor`. While no individual was feasible all are drawn anew.
 
-use super::entry::{OptimizerEntry, Parameter, ParameterKind, Settings, iterations, population, real};
+use super::entry::{
+    OptimizerEntry, Parameter, ParameterKind, Settings, iterations, population, real,
+};
 use super::genetic::{Roulette, cross, index, mutate, scatter};
 use super::swarm::mean;
 use super::{Appraisal, Bounds, Evaluator, Objective, Optimizer, Step};
@@ -103,6 +105,9 @@ const PARAMETERS: &[Parameter] = &[
 
 /// `eps` doubles no more often than this.
 const MOST_DOUBLINGS: f64 = 40.0;
+
+/// Merits nearer than this, relative, differ by rounding.
+const ALIKE: f64 = 1e-12;
 
 /// Below this the reciprocals of fitnesses would leave the range of numbers.
 const LEAST_POSITIVE: f64 = 1e-100;
@@ -285,10 +290,11 @@ impl Merits {
 
     /// `most` up to the average merit, falling to `least` at the largest.
     fn rate(&self, [most, least]: [f64; 2], merit: f64) -> f64 {
-        if merit < self.average || self.largest <= self.average {
+        let spread = self.largest - self.average;
+        if merit < self.average || spread <= ALIKE * self.largest {
             return most;
         }
-        most - (most - least) * (merit - self.average) / (self.largest - self.average)
+        most - (most - least) * (merit - self.average) / spread
     }
 }
 

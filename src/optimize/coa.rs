@@ -13,7 +13,9 @@
 //! In double precision an orbit can reach a point it never leaves; then it is
 //! started anew.
 
-use super::entry::{OptimizerEntry, Parameter, ParameterKind, Settings, iterations, population, real};
+use super::entry::{
+    OptimizerEntry, Parameter, ParameterKind, Settings, iterations, population, real,
+};
 use super::swarm::mean;
 use super::{Evaluator, Objective, Optimizer, Step};
 use crate::math::random::RandomStream;

@@ -8,7 +8,9 @@
 
 use std::cmp::Ordering;
 
-use super::entry::{OptimizerEntry, Parameter, ParameterKind, Settings, iterations, population, real};
+use super::entry::{
+    OptimizerEntry, Parameter, ParameterKind, Settings, iterations, population, real,
+};
 use super::genetic::{Roulette, blend, cross, index, mutate, scatter};
 use super::swarm::mean;
 use super::{Bounds, Evaluator, Objective, Optimizer, Step};
@@ -135,8 +137,9 @@ impl Genetic {
             return;
         }
         let fitness = &self.fitness;
-        let by_fitness =
-            |a: &usize, b: &usize| -> Ordering { fitness[*a].total_cmp(&fitness[*b]).then(a.cmp(b)) };
+        let by_fitness = |a: &usize, b: &usize| -> Ordering {
+            fitness[*a].total_cmp(&fitness[*b]).then(a.cmp(b))
+        };
         self.order.select_nth_unstable_by(self.elite - 1, by_fitness);
         self.order[..self.elite].sort_unstable_by(by_fitness);
         for (place, &best) in self.order[..self.elite].iter().enumerate() {
@@ -192,15 +195,15 @@ fn merit(fitness: f64, best: f64) -> f64 {
 impl Optimizer for Genetic {
     fn step(&mut self, evaluator: &mut Evaluator<'_>) -> Step {
         let bounds = evaluator.bounds();
+        let end = self.population * bounds.dimension();
         let kept = if evaluator.best_position().is_empty() {
-            scatter(&mut self.position, bounds, &mut self.random);
+            scatter(&mut self.position[..end], bounds, &mut self.random);
             0
         } else {
             self.breed(bounds);
             self.elite
         };
-        let dimension = bounds.dimension();
-        let new = &self.position[kept * dimension..self.population * dimension];
+        let new = &self.position[kept * bounds.dimension()..end];
         evaluator.population(new, &mut self.fitness[kept..]);
         Step { mean: mean(&self.fitness), converged: false }
     }

@@ -14,9 +14,7 @@ pub const ENTRY: OptimizerEntry = OptimizerEntry {
     description: "Particle swarm whose inertia weight falls linearly: wide search first, fine search last.",
     source: "Shi and Eberhart 1998, doi:10.1109/ICEC.1998.699146",
     parameters: PARAMETERS,
-    build: |settings, _, seed| {
-        Box::new(Swarm::new(Linear::new(settings), settings, seed))
-    },
+    build: |settings, _, seed| Box::new(Swarm::new(Linear::new(settings), settings, seed)),
 };
 
 const PARAMETERS: &[Parameter] = &[

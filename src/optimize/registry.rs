@@ -4,8 +4,7 @@ use super::entry::OptimizerEntry;
 use super::{aga, coa, dual_pso, exact, ga, improved_pso, pso, pso_linear};
 
 /// Every optimizer the service offers, in alphabetical order.
-pub static OPTIMIZERS: &[OptimizerEntry] =
-    &[
+pub static OPTIMIZERS: &[OptimizerEntry] = &[
     aga::ENTRY,
     coa::ENTRY,
     dual_pso::ENTRY,

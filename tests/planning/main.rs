@@ -4,7 +4,9 @@
 #![expect(clippy::unwrap_used, clippy::panic, reason = "a test that cannot go on says where")]
 
 mod certificates;
+mod dual_search;
 mod extremes;
+mod first_generations;
 mod golden;
 mod honesty;
 mod kernel;
@@ -12,3 +14,4 @@ mod limits;
 mod optimizers;
 mod snapshots;
 mod support;
+mod watched;

@@ -2,21 +2,20 @@
 //! on plain functions.
 
 use std::collections::{BTreeMap, HashSet};
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
-use std::thread::ThreadId;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use serde_json::{Value, json};
 use takt::budget::{Budget, CancelToken, StopReason};
 use takt::fault::Faults;
 use takt::optimize::{
-    Appraisal, Bounds, Candidate, ConvergencePoint, OPTIMIZERS, Objective, OptimizerEntry, Ratios,
-    Settings, Solution, minimize, optimizer,
+    ConvergencePoint, OPTIMIZERS, Objective, OptimizerEntry, Settings, Solution, minimize,
+    optimizer,
 };
 use takt::trajectory::interpolation::{Timing, interpolation};
 use takt::trajectory::kernel::KernelLimits;
 use takt::trajectory::timing::{Handling, TimingProblem};
+
+use crate::watched::{Answer, Plain, Watched};
 
 /// Few enough for many runs, enough to leave the initial population behind.
 const ITERATIONS: u64 = 12;
@@ -37,41 +36,6 @@ const WAYPOINTS: [[f64; 2]; 4] = [[0.0, 0.0], [0.7, 0.2], [0.9, -0.4], [0.1, -0.
 
 fn problem() -> TimingProblem {
     timing(&WAYPOINTS, Handling::RepairUniform, None)
-}
-
-/// A function over a box.
-struct Plain {
-    bounds: Bounds,
-    function: fn(&[f64]) -> f64,
-}
-
-impl Plain {
-    fn new(dimension: usize, [lower, upper]: [f64; 2], function: fn(&[f64]) -> f64) -> Self {
-        let bounds = Bounds { lower: vec![lower; dimension], upper: vec![upper; dimension] };
-        Self { bounds, function }
-    }
-}
-
-struct PlainCandidate(fn(&[f64]) -> f64);
-
-impl Candidate for PlainCandidate {
-    fn fitness(&mut self, position: &[f64]) -> f64 {
-        (self.0)(position)
-    }
-}
-
-impl Objective for Plain {
-    fn bounds(&self) -> &Bounds {
-        &self.bounds
-    }
-
-    fn candidate(&self) -> Box<dyn Candidate + '_> {
-        Box::new(PlainCandidate(self.function))
-    }
-
-    fn evaluation_ns(&self) -> f64 {
-        50.0
-    }
 }
 
 /// Many valleys, the deepest off the centre; negative there.
@@ -102,154 +66,6 @@ fn cases() -> impl Iterator<Item = (&'static OptimizerEntry, String, Box<dyn Obj
         let named = move |(name, objective)| (entry, format!("{}, {name}", entry.name), objective);
         objectives(entry).into_iter().map(named)
     })
-}
-
-/// What an objective answers instead of the truth.
-#[derive(Clone, Copy)]
-enum Answer {
-    Truth,
-    Always(f64),
-    /// No number for every other candidate.
-    NanEveryOther,
-}
-
-/// An objective that is watched, and can be made difficult.
-struct Watched<'a> {
-    inner: &'a dyn Objective,
-    answer: Answer,
-    evaluation_ns: f64,
-    /// At which evaluation to cancel what.
-    cancel: Option<(u64, CancelToken)>,
-    /// Every evaluation waits until this many threads have come.
-    threads_awaited: usize,
-    pause: Duration,
-    evaluations: AtomicU64,
-    outside: AtomicU64,
-    candidates: AtomicUsize,
-    threads: Mutex<HashSet<ThreadId>>,
-}
-
-impl<'a> Watched<'a> {
-    fn new(inner: &'a dyn Objective) -> Self {
-        Self {
-            inner,
-            answer: Answer::Truth,
-            evaluation_ns: inner.evaluation_ns(),
-            cancel: None,
-            threads_awaited: 0,
-            pause: Duration::ZERO,
-            evaluations: AtomicU64::new(0),
-            outside: AtomicU64::new(0),
-            candidates: AtomicUsize::new(0),
-            threads: Mutex::default(),
-        }
-    }
-
-    fn evaluations(&self) -> u64 {
-        self.evaluations.load(Ordering::Relaxed)
-    }
-
-    fn outside(&self) -> u64 {
-        self.outside.load(Ordering::Relaxed)
-    }
-
-    fn count(&self) -> u64 {
-        let number = self.evaluations.fetch_add(1, Ordering::Relaxed) + 1;
-        if let Some((_, token)) = self.cancel.as_ref().filter(|(at, _)| *at == number) {
-            token.cancel();
-        }
-        std::thread::sleep(self.pause);
-        self.meet();
-        number
-    }
-
-    /// Waits for other threads, so that one alone cannot do everything before
-    /// the others wake up.
-    fn meet(&self) {
-        if self.threads_awaited == 0 {
-            return;
-        }
-        self.threads.lock().unwrap().insert(std::thread::current().id());
-        let patience = Instant::now() + Duration::from_secs(20);
-        while self.threads.lock().unwrap().len() < self.threads_awaited {
-            assert!(Instant::now() < patience, "no other thread came");
-            std::thread::yield_now();
-        }
-    }
-}
-
-struct WatchedCandidate<'a> {
-    watch: &'a Watched<'a>,
-    inner: Box<dyn Candidate + 'a>,
-}
-
-impl WatchedCandidate<'_> {
-    fn look(&self, position: &[f64]) -> u64 {
-        let bounds = self.watch.inner.bounds();
-        let ends = bounds.lower.iter().zip(&bounds.upper);
-        if !position.iter().zip(ends).all(|(x, (lower, upper))| (lower..=upper).contains(&x)) {
-            self.watch.outside.fetch_add(1, Ordering::Relaxed);
-        }
-        self.watch.count()
-    }
-
-    fn answer(&self, number: u64, truth: f64) -> f64 {
-        match self.watch.answer {
-            Answer::Always(value) => value,
-            Answer::NanEveryOther if number.is_multiple_of(2) => f64::NAN,
-            Answer::Truth | Answer::NanEveryOther => truth,
-        }
-    }
-}
-
-impl Candidate for WatchedCandidate<'_> {
-    fn fitness(&mut self, position: &[f64]) -> f64 {
-        let number = self.look(position);
-        let truth = self.inner.fitness(position);
-        self.answer(number, truth)
-    }
-
-    fn appraise(&mut self, position: &[f64]) -> Appraisal {
-        let number = self.look(position);
-        let truth = self.inner.appraise(position);
-        Appraisal { fitness: self.answer(number, truth.fitness), ..truth }
-    }
-
-    fn repair(&mut self, position: &mut [f64]) {
-        self.inner.repair(position);
-    }
-
-    fn homogeneous(&mut self, position: &[f64], ratios: &mut Ratios) -> f64 {
-        let number = self.watch.count();
-        let violation = self.inner.homogeneous(position, ratios);
-        for ratio in ratios.iter_mut().flatten() {
-            *ratio = self.answer(number, *ratio);
-        }
-        violation
-    }
-}
-
-impl Objective for Watched<'_> {
-    fn bounds(&self) -> &Bounds {
-        self.inner.bounds()
-    }
-
-    fn candidate(&self) -> Box<dyn Candidate + '_> {
-        self.candidates.fetch_add(1, Ordering::Relaxed);
-        Box::new(WatchedCandidate { watch: self, inner: self.inner.candidate() })
-    }
-
-    fn evaluation_ns(&self) -> f64 {
-        self.evaluation_ns
-    }
-
-    fn starts(&self) -> Vec<Vec<f64>> {
-        self.inner.starts()
-    }
-
-    fn is_homogeneous(&self) -> bool {
-        self.inner.is_homogeneous()
-    }
 }
 
 fn settings(entry: &OptimizerEntry, given: Value) -> Settings {
@@ -333,7 +149,7 @@ fn a_seed_repeats_to_the_bit_on_any_number_of_threads() {
             watched.evaluation_ns = 1e5;
             let solution = in_threads(threads, || run(entry, &watched, 9, ITERATIONS));
             assert_eq!(bits(&solution), alone, "{case}, {threads} threads");
-            let candidates = watched.candidates.load(Ordering::Relaxed);
+            let candidates = watched.candidates();
             let serial = entry.name == "exact";
             assert_eq!(candidates, if serial { 1 } else { threads }, "{case}");
         }
@@ -353,7 +169,7 @@ fn dear_candidates_are_evaluated_in_several_threads() {
         watched.evaluation_ns = 1e5;
         watched.threads_awaited = 2;
         in_threads(2, || run(entry, &watched, 1, 1));
-        assert_eq!(watched.threads.lock().unwrap().len(), 2, "{case}");
+        assert_eq!(watched.threads(), 2, "{case}");
     }
 }
 
@@ -594,6 +410,71 @@ fn options_keep_the_promises() {
             let again = problem.candidate().fitness(solution.position.as_ref().unwrap());
             assert_eq!(again, solution.fitness, "{name} {given} {handling:?}");
             assert_eq!(watched.outside(), 0, "{name} {given} {handling:?}");
+        }
+    }
+}
+
+/// One joint goes 1 rad in 1 s at a peak of 1.875 rad/s where 1.5 are allowed:
+/// a quarter too fast.
+#[test]
+fn penalties_tell_cost_and_squared_excess_apart() {
+    let Timing::Search(kernel) = interpolation("quintic").unwrap().timing else {
+        panic!("quintic is searched");
+    };
+    let limit = KernelLimits {
+        derivatives: [1.5, f64::INFINITY, f64::INFINITY],
+        position: [f64::NEG_INFINITY, f64::INFINITY],
+    };
+    let waypoints = [vec![0.0], vec![1.0]];
+    let appraise = |handling, duration: f64| {
+        let problem = TimingProblem::new(kernel, &waypoints, &[limit], handling, Some([0.1, 5.0]));
+        let mut candidate = problem.candidate();
+        let appraisal = candidate.appraise(&[duration]);
+        assert_eq!(appraisal.fitness, candidate.fitness(&[duration]));
+        appraisal
+    };
+    let fast = appraise(Handling::Penalty, 1.0);
+    assert_eq!(fast.cost, 1.0);
+    assert!((fast.excess - 0.0625).abs() < 1e-12, "{fast:?}");
+    // Five seconds, the most a lawful candidate can take, and more.
+    assert!((fast.fitness - (1.0 + 5.0 + 5.0 * 0.25)).abs() < 1e-12, "{fast:?}");
+    let slow = appraise(Handling::Penalty, 2.0);
+    assert_eq!((slow.fitness, slow.cost, slow.excess), (2.0, 2.0, 0.0));
+    let repaired = appraise(Handling::RepairUniform, 1.0);
+    assert_eq!((repaired.cost, repaired.excess), (repaired.fitness, 0.0));
+}
+
+/// The adaptive algorithm's own penalty may prefer what breaks a limit a
+/// little; what it finds keeps all of them.
+#[test]
+fn no_penalty_lets_an_infeasible_candidate_win() {
+    let problem = timing(&WAYPOINTS, Handling::Penalty, None);
+    for penalty in [0.0, 0.1, 10.0] {
+        let entry = optimizer("aga").unwrap();
+        let given = json!({ "penalty": penalty });
+        let mut optimizer = (entry.build)(&settings(entry, given), &problem, 1);
+        let budget = Budget::default();
+        let solution = minimize(&problem, optimizer.as_mut(), 100, &budget, &mut |_| {});
+        let position = solution.position.unwrap();
+        assert_eq!(solution.fitness, position.iter().sum::<f64>(), "eps {penalty}");
+        assert!(problem.scale(&position) <= 1.0, "eps {penalty}");
+    }
+}
+
+/// A repaired candidate is one that a rejecting problem takes, to the last bit.
+#[test]
+fn repaired_candidates_are_lawful() {
+    let problem = timing(&WAYPOINTS, Handling::Reject, None);
+    let mut candidate = problem.candidate();
+    let mut random = takt::math::random::RandomStream::new(1, 0);
+    let bounds = problem.bounds();
+    for _ in 0..2000 {
+        let ends = bounds.lower.iter().zip(&bounds.upper);
+        let mut x: Vec<f64> = ends.map(|(&l, &u)| random.uniform(l, 0.5 * (l + u))).collect();
+        candidate.repair(&mut x);
+        // The box may be too short for some proportions.
+        if x.iter().zip(&bounds.upper).all(|(x, upper)| x < upper) {
+            assert!(candidate.fitness(&x).is_finite(), "{x:?}");
         }
     }
 }
