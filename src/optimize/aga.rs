@@ -98,6 +98,9 @@ const PARAMETERS: &[Parameter] = &[
 /// `eps` doubles no more often than this.
 const MOST_DOUBLINGS: f64 = 40.0;
 
+/// Merits nearer than this, relative, differ by rounding.
+const ALIKE: f64 = 1e-12;
+
 /// Below this the reciprocals of fitnesses would leave the range of numbers.
 const LEAST_POSITIVE: f64 = 1e-100;
 
@@ -279,9 +282,8 @@ impl Merits {
 
     /// `most` up to the average merit, falling to `least` at the largest.
     fn rate(&self, [most, least]: [f64; 2], merit: f64) -> f64 {
-        // The average of equal merits may round to a little less than each.
         let spread = self.largest - self.average;
-        if merit < self.average || spread <= 1e-12 * self.largest {
+        if merit < self.average || spread <= ALIKE * self.largest {
             return most;
         }
         most - (most - least) * (merit - self.average) / spread

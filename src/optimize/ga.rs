@@ -189,15 +189,15 @@ fn merit(fitness: f64, best: f64) -> f64 {
 impl Optimizer for Genetic {
     fn step(&mut self, evaluator: &mut Evaluator<'_>) -> Step {
         let bounds = evaluator.bounds();
+        let end = self.population * bounds.dimension();
         let kept = if evaluator.best_position().is_empty() {
-            bounds.scatter(&mut self.position, &mut self.random);
+            bounds.scatter(&mut self.position[..end], &mut self.random);
             0
         } else {
             self.breed(bounds);
             self.elite
         };
-        let dimension = bounds.dimension();
-        let new = &self.position[kept * dimension..self.population * dimension];
+        let new = &self.position[kept * bounds.dimension()..end];
         evaluator.population(new, &mut self.fitness[kept..]);
         Step { mean: mean(&self.fitness), converged: false }
     }

@@ -4,8 +4,10 @@
 #![expect(clippy::unwrap_used, clippy::panic, reason = "a test that cannot go on says where")]
 
 mod certificates;
+mod dual_search;
 mod extremes;
 mod families;
+mod first_generations;
 mod golden;
 mod honesty;
 mod kernel;
@@ -13,3 +15,4 @@ mod limits;
 mod optimizers;
 mod snapshots;
 mod support;
+mod watched;
