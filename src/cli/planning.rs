@@ -1,7 +1,7 @@
 //! Commands that compute in this process: planning and certifying.
 
-use std::cell::RefCell;
 use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
 
 use clap::Args;
 use serde_json::{Value, json};
@@ -15,7 +15,7 @@ use crate::trajectory::Certificate;
 
 use super::failure::Failure;
 use super::progress::{Display, Standing};
-use super::{input, output};
+use super::{comparison, input, output};
 
 /// Options of `takt plan`.
 #[derive(Debug, Args)]
@@ -59,11 +59,14 @@ async fn run(
     let cancel = CancelToken::default();
     let budget = Budget::new(cancel.clone());
     let planned = tokio::task::spawn_blocking(move || {
-        let display = RefCell::new(Display::new(title));
-        let show = |progress: Progress| display.borrow_mut().show(&standing(&progress));
+        let display = Mutex::new(Display::new(title));
+        let show = |progress: Progress| {
+            display.lock().unwrap_or_else(PoisonError::into_inner).show(&standing(&progress));
+        };
         let planned = prepared.run(&budget, &show);
         if let Ok(result) = &planned {
-            display.into_inner().finish(summary(result).trim_end());
+            let display = display.into_inner().unwrap_or_else(PoisonError::into_inner);
+            display.finish(summary(result).trim_end());
         }
         planned
     });
@@ -90,6 +93,7 @@ async fn run(
 fn standing(progress: &Progress) -> Standing<'_> {
     Standing {
         leg: progress.leg.as_deref(),
+        method: progress.method.as_deref(),
         iteration: progress.iteration,
         evaluations: progress.evaluations,
         best: progress.best,
@@ -111,6 +115,7 @@ fn summary(result: &PlanResult) -> String {
             let legs = program.legs.iter().map(|leg| line(&leg.name, &leg.result));
             format!("{}together {:.4} s\n", legs.collect::<String>(), program.duration)
         }
+        PlanResult::Comparison(comparison) => comparison::summary(comparison),
     }
 }
 
@@ -185,7 +190,7 @@ fn verify_requests(document: Value) -> Vec<Value> {
         Ok(PlanResult::Program(program)) => {
             program.legs.iter().map(|leg| verify_request(&leg.result)).collect()
         }
-        Err(_) => vec![document],
+        Ok(PlanResult::Comparison(_)) | Err(_) => vec![document],
     }
 }
 
