@@ -7,6 +7,7 @@ use clap::Args;
 use serde_json::{Value, json};
 
 use crate::budget::{Budget, CancelToken};
+use crate::picture;
 use crate::plan::verify::{VerifyRequest, verify as certify};
 use crate::plan::{self, PlanError, PlanResult, PreparedPlan, Progress, TrajectoryResult};
 use crate::robot::catalogue;
@@ -26,6 +27,9 @@ pub(super) struct PlanOptions {
     /// Write the result here instead of to standard output
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
+    /// Also write a page that shows a comparison or benchmark, as HTML
+    #[arg(long, value_name = "FILE")]
+    page: Option<PathBuf>,
     /// Seed of the random streams, instead of the request's
     #[arg(long)]
     seed: Option<u64>,
@@ -41,9 +45,16 @@ pub(super) async fn plan(options: PlanOptions) -> Result<(), Failure> {
     job.plan.seed = options.seed.unwrap_or(job.plan.seed);
     let prepared = plan::validate(&job.plan, &catalogue::get).map_err(invalid)?;
     let title = job.plan.task.name().to_owned();
+    if options.page.is_some() && !matches!(title.as_str(), "comparison" | "benchmark") {
+        let why = format!("--page shows a comparison or benchmark, not a {title} task");
+        return Err(Failure::input(why));
+    }
     let (result, partial) = run(prepared, title).await?;
     if let Some(result) = &result {
         output::deliver(&output::pretty(result)?, options.out.as_deref())?;
+    }
+    if let (Some(PlanResult::Comparison(comparison)), Some(path)) = (&result, &options.page) {
+        output::write(path, picture::page::comparison(comparison).as_bytes())?;
     }
     match partial {
         None => Ok(()),

@@ -62,9 +62,9 @@ enum Posed<'a> {
     Timing {
         study: &'a TimingStudy,
         /// As the exact method sees it.
-        exact: TimingProblem,
+        exact: Box<TimingProblem>,
         /// As the others do.
-        seeded: TimingProblem,
+        seeded: Box<TimingProblem>,
     },
     Function {
         function: &'static Function,
@@ -135,7 +135,7 @@ impl Session<'_> {
     /// The optimum to compare with.
     fn optimum(&self, posed: &Posed<'_>) -> Result<Option<KnownOptimum>, PlanError> {
         let exact = match posed {
-            Posed::Timing { exact, .. } => exact,
+            Posed::Timing { exact, .. } => &**exact,
             Posed::Function { function, dimension, shifted } => {
                 let position = function.objective(*dimension, *shifted, 0).optimum();
                 let source = SOURCE.to_owned();
@@ -166,7 +166,7 @@ impl Session<'_> {
         match posed {
             Posed::Timing { exact, seeded, .. } => {
                 let deterministic = job.method.optimizer.is_deterministic();
-                let objective = if deterministic { exact } else { seeded };
+                let objective: &TimingProblem = if deterministic { exact } else { seeded };
                 self.search(posed, job, &SideBySide(objective), seed, best)
             }
             Posed::Function { function, dimension, shifted } => {
@@ -266,7 +266,7 @@ impl<'a> Posed<'a> {
         let seeded = crate::optimize::OPTIMIZERS.iter().find(|entry| !entry.is_deterministic());
         let exact = posed(study.task.optimizer);
         let seeded = posed(seeded.unwrap_or(study.task.optimizer));
-        Ok(Self::Timing { study, exact, seeded })
+        Ok(Self::Timing { study, exact: Box::new(exact), seeded: Box::new(seeded) })
     }
 
     fn name(&self) -> &str {
