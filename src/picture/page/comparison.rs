@@ -75,12 +75,14 @@ fn problem(problem: &ProblemResult) -> Html {
 fn facts(problem: &ProblemResult) -> String {
     let value = |value: f64| number(value, &problem.unit);
     let mut facts = vec![format!("{}; {} variables", problem.title, problem.dimension)];
-    facts.extend(problem.robot.as_ref().map(|robot| format!("robot {robot}")));
+    facts.extend(problem.robot.as_ref().map(|robot| format!("Robot: {robot}")));
     let optimum = problem.optimum.as_ref();
-    facts.extend(optimum.map(|it| format!("{}: {}", it.source, value(it.value))));
-    facts.extend(problem.lower_bound.map(|it| format!("no trajectory is below {}", value(it))));
+    facts.extend(optimum.map(|it| format!("Optimum: {} ({})", value(it.value), it.source)));
+    facts.extend(
+        problem.lower_bound.map(|it| format!("No lawful trajectory is below {}", value(it))),
+    );
     facts.extend(problem.best_run.as_ref().map(|best| {
-        format!("best run: {} by {}, run {}", value(best.value), best.method, best.run)
+        format!("Best run: {} by {}, run {}", value(best.value), best.method, best.run)
     }));
     facts.join(". ") + "."
 }

@@ -188,7 +188,22 @@ pub fn verdict(study: &PreparedStudy, problems: &[ProblemResult]) -> String {
         (_, 1) => "with proven difference to all others".to_owned(),
         (clear, _) => format!("on {clear} with proven difference to all others"),
     };
-    format!("{label} did best {on}, {proven} (p < {SIGNIFICANT}); its {gap}.")
+    let exact = match study.task {
+        "benchmark" => String::new(),
+        _ => {
+            let reached = problems.iter().filter(|it| optimum_is_best(it)).count();
+            format!(
+                " The deterministic `exact` is at the best known duration on {reached} of {count}."
+            )
+        }
+    };
+    format!("{label} did best {on}, {proven} (p < {SIGNIFICANT}); its {gap}.{exact}")
+}
+
+/// True if no run found anything better than the optimum, rounding aside.
+fn optimum_is_best(problem: &ProblemResult) -> bool {
+    let values = problem.optimum.as_ref().zip(problem.best_known);
+    values.is_some_and(|(optimum, best)| optimum.value <= best * (1.0 + 1e-6))
 }
 
 /// True if `label` is the best on `problem` and every other one is proven worse.
