@@ -123,26 +123,32 @@ fn benchmark_task() -> Value {
         "iterations": 70, "runs": 4, "optimizers": [{"name": "ga", "elite": 1}], "shifted": true})
 }
 
+fn method_result() -> Value {
+    json!({
+        "label": "pso", "optimizer": "pso", "parameters": {"population": 50.0},
+        "runs": 12, "feasible_runs": 11, "best": 2.75, "mean": 3.25, "worst": 4.0,
+        "standard_deviation": 0.125, "lower_quartile": 3.0, "median": 3.125,
+        "upper_quartile": 3.5, "median_gap": 0.5, "success_rate": 0.75,
+        "evaluations_to_success":
+            {"lower_quartile": 100.0, "median": 150.0, "upper_quartile": 200.0},
+        "p_value": 0.0625, "evaluations": 8400, "seconds_per_evaluation": 1e-6,
+        "curve": [
+            {"evaluations": 1, "lower_quartile": null, "median": null, "upper_quartile": null},
+            {"evaluations": 700, "lower_quartile": 3.0, "median": 3.125, "upper_quartile": 3.5}],
+    })
+}
+
 fn comparison_result() -> Value {
+    let problem = json!({
+        "name": "p", "title": "4 waypoints", "robot": "arm", "unit": "s", "dimension": 2,
+        "optimum": {"value": 3.0, "position": [1.0, 2.0], "source": "exact"},
+        "lower_bound": 2.5, "best_known": 2.75, "best_method": "pso",
+        "best_run": {"method": "pso", "run": 3, "value": 2.75, "position": [1.0, 1.75]},
+        "methods": [method_result()],
+    });
     json!({
         "task": "comparison", "runs": 12, "max_evaluations": 700, "success_tolerance": 0.01,
-        "test": "U", "verdict": "pso did best", "problems": [{
-            "name": "p", "title": "4 waypoints", "robot": "arm", "unit": "s", "dimension": 2,
-            "optimum": {"value": 3.0, "position": [1.0, 2.0], "source": "exact"},
-            "lower_bound": 2.5, "best_known": 2.75, "best_method": "pso",
-            "best_run": {"method": "pso", "run": 3, "value": 2.75, "position": [1.0, 1.75]},
-            "methods": [{"label": "pso", "optimizer": "pso", "parameters": {"population": 50.0},
-                "runs": 12, "feasible_runs": 11, "best": 2.75, "mean": 3.25, "worst": 4.0,
-                "standard_deviation": 0.125, "lower_quartile": 3.0, "median": 3.125,
-                "upper_quartile": 3.5, "median_gap": 0.5, "success_rate": 0.75,
-                "evaluations_to_success":
-                    {"lower_quartile": 100.0, "median": 150.0, "upper_quartile": 200.0},
-                "p_value": 0.0625, "evaluations": 8400, "seconds_per_evaluation": 1e-6,
-                "curve": [
-                    {"evaluations": 1, "lower_quartile": null, "median": null, "upper_quartile": null},
-                    {"evaluations": 700, "lower_quartile": 3.0, "median": 3.125, "upper_quartile": 3.5}],
-            }],
-        }],
+        "test": "U", "verdict": "pso did best", "problems": [problem],
         "evaluations": 8600, "planning_s": 0.03, "seed": 7, "version": "0.1.0",
     })
 }
@@ -224,7 +230,7 @@ fn requests_return_as_they_went() {
 
 #[test]
 fn results_jobs_and_events_return_as_they_went() {
-    for result in [trajectory_result(), program_result()] {
+    for result in [trajectory_result(), program_result(), comparison_result()] {
         let result: PlanResult = parsed(result);
         assert_returns::<proto::PlanResult, _>(result.clone());
         assert_eq!(chunks::join(chunks::split(result.clone().into_message())), Ok(result));
