@@ -37,7 +37,7 @@ pub struct ComparisonTask {
     /// Methods to compare, 1 to 32: an optimizer's name, or an object with its
     /// name, parameters and perhaps a label. A method that sets no `iterations`
     /// gets as many as fill the evaluations.
-    #[schema(min_items = 1, max_items = 32)]
+    #[schema(min_items = 1, max_items = 32, value_type = Vec<MethodForm>)]
     pub methods: Vec<MethodChoice>,
     /// Runs of each method on each problem, 1 to 1000; run `r` of every method
     /// has the same seed. A deterministic method runs once.
@@ -93,6 +93,7 @@ pub struct BenchmarkTask {
     pub runs: u32,
     /// Optimizers to compare, as `methods` of a comparison; default all that
     /// need no trajectory.
+    #[schema(value_type = Vec<MethodForm>)]
     pub optimizers: Vec<MethodChoice>,
     /// True moves the optimum off the origin, which some methods favour.
     pub shifted: bool,
@@ -124,6 +125,17 @@ pub struct MethodChoice {
     /// Parameters that differ from their defaults.
     #[serde(flatten)]
     pub parameters: BTreeMap<String, Value>,
+}
+
+/// A method by its optimizer's name alone, or with what differs.
+#[derive(ToSchema)]
+#[serde(untagged)]
+#[expect(dead_code, reason = "describes what is read apart")]
+enum MethodForm {
+    /// Optimizer by registry name.
+    Name(String),
+    /// With parameters, a label or both.
+    Full(MethodChoice),
 }
 
 /// [`MethodChoice`] as it may be written.
