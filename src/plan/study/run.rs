@@ -1,10 +1,9 @@
 //! Runs methods side by side: every run writes its own place, so the result
 //! does not depend on how many threads there are.
 
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
-
-use rayon::prelude::*;
+use std::thread;
 
 use super::prepare::{PreparedStudy, StudyMethod, StudyProblem, TimingStudy};
 use super::result::{BestRun, ComparisonResult, KnownOptimum, ProblemResult};
@@ -89,14 +88,10 @@ impl Session<'_> {
             .flat_map(|method| (0..method.runs(self.study.runs)).map(move |run| (method, run)))
             .collect();
         let best = Best::default();
-        let records: Vec<RunRecord> = jobs
-            .par_iter()
-            .enumerate()
-            .map(|(index, (method, run))| {
-                let job = Job { index, method, run: *run, bar, lower_bound };
-                self.run(&posed, &job, &best)
-            })
-            .collect();
+        let records = side_by_side(jobs.len(), |index| {
+            let (method, run) = jobs[index];
+            self.run(&posed, &Job { index, method, run, bar, lower_bound }, &best)
+        });
         self.stopped()?;
         let best = best.into_inner().unwrap_or_else(PoisonError::into_inner);
         let best_run = best.map(|(value, index, position)| BestRun {
@@ -222,6 +217,32 @@ impl Session<'_> {
             version: env!("CARGO_PKG_VERSION").to_owned(),
         })
     }
+}
+
+/// The results of `work` for 0 to `count - 1`, in this order, from as many
+/// threads as the pool has.
+///
+/// The threads are not the pool's own: a run may last minutes, and the short
+/// pieces of work that other jobs leave to the pool would wait for it.
+fn side_by_side<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    let next = AtomicUsize::new(0);
+    let take = || -> Vec<(usize, T)> {
+        let indices = std::iter::repeat_with(|| next.fetch_add(1, Ordering::Relaxed));
+        indices.take_while(|&index| index < count).map(|index| (index, work(index))).collect()
+    };
+    let helpers = rayon::current_num_threads().min(count).saturating_sub(1);
+    let mut done = thread::scope(|scope| {
+        // A thread that cannot be had leaves its share to the others.
+        let spawn = |_| thread::Builder::new().spawn_scoped(scope, take).ok();
+        let helpers: Vec<_> = (0..helpers).filter_map(spawn).collect();
+        let mut done = take();
+        for helper in helpers {
+            done.extend(helper.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)));
+        }
+        done
+    });
+    done.sort_unstable_by_key(|(index, _)| *index);
+    done.into_iter().map(|(_, result)| result).collect()
 }
 
 /// One run of one method.
