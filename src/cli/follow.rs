@@ -57,6 +57,7 @@ pub(super) async fn follow(
 fn standing(progress: &proto::Progress) -> Standing<'_> {
     Standing {
         leg: progress.leg.as_deref(),
+        method: progress.method.as_deref(),
         iteration: progress.iteration,
         evaluations: progress.evaluations,
         best: progress.best,
@@ -89,15 +90,17 @@ pub(super) fn outcome(finished: &proto::Finished) -> Result<String, Failure> {
 }
 
 fn summary(summary: &proto::ResultSummary) -> String {
-    let lawful = if summary.lawful { "lawful" } else { "NOT LAWFUL" };
+    let work = format!("{} evaluations in {:.3} s", summary.evaluations, summary.planning_s);
+    if let Some(verdict) = &summary.verdict {
+        return format!("{verdict} {work}");
+    }
+    let lawful = if summary.lawful() { "lawful" } else { "NOT LAWFUL" };
     let bound = summary.lower_bound.map(|bound| format!(", no plan can be below {bound:.4} s"));
     format!(
-        "{:.4} s, {lawful}, largest peak {:.2} % of its limit{}; {} evaluations in {:.3} s",
-        summary.duration,
-        100.0 * summary.worst_ratio,
+        "{:.4} s, {lawful}, largest peak {:.2} % of its limit{}; {work}",
+        summary.duration(),
+        100.0 * summary.worst_ratio(),
         bound.unwrap_or_default(),
-        summary.evaluations,
-        summary.planning_s,
     )
 }
 
@@ -109,13 +112,14 @@ mod tests {
     #[test]
     fn only_success_is_success() {
         let summary = proto::ResultSummary {
-            duration: 7.0255,
-            lawful: true,
-            worst_ratio: 1.0,
+            duration: Some(7.0255),
+            lawful: Some(true),
+            worst_ratio: Some(1.0),
             lower_bound: Some(4.8),
             legs: 1,
             evaluations: 500,
             planning_s: 0.004,
+            verdict: None,
         };
         let mut finished = proto::Finished {
             state: JobState::Succeeded as i32,

@@ -6,6 +6,7 @@
 
 mod catalogue;
 mod client;
+mod comparison;
 mod demo;
 mod failure;
 mod follow;

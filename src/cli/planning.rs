@@ -1,12 +1,13 @@
 //! Commands that compute in this process: planning and certifying.
 
-use std::cell::RefCell;
 use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
 
 use clap::Args;
 use serde_json::{Value, json};
 
 use crate::budget::{Budget, CancelToken};
+use crate::picture;
 use crate::plan::verify::{VerifyRequest, verify as certify};
 use crate::plan::{self, PlanError, PlanResult, PreparedPlan, Progress, TrajectoryResult};
 use crate::robot::catalogue;
@@ -15,7 +16,7 @@ use crate::trajectory::Certificate;
 
 use super::failure::Failure;
 use super::progress::{Display, Standing};
-use super::{input, output};
+use super::{comparison, input, output};
 
 /// Options of `takt plan`.
 #[derive(Debug, Args)]
@@ -26,6 +27,9 @@ pub(super) struct PlanOptions {
     /// Write the result here instead of to standard output
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
+    /// Also write a page that shows a comparison or benchmark, as HTML
+    #[arg(long, value_name = "FILE")]
+    page: Option<PathBuf>,
     /// Seed of the random streams, instead of the request's
     #[arg(long)]
     seed: Option<u64>,
@@ -41,9 +45,16 @@ pub(super) async fn plan(options: PlanOptions) -> Result<(), Failure> {
     job.plan.seed = options.seed.unwrap_or(job.plan.seed);
     let prepared = plan::validate(&job.plan, &catalogue::get).map_err(invalid)?;
     let title = job.plan.task.name().to_owned();
+    if options.page.is_some() && !matches!(title.as_str(), "comparison" | "benchmark") {
+        let why = format!("--page shows a comparison or benchmark, not a {title} task");
+        return Err(Failure::input(why));
+    }
     let (result, partial) = run(prepared, title).await?;
     if let Some(result) = &result {
         output::deliver(&output::pretty(result)?, options.out.as_deref())?;
+    }
+    if let (Some(PlanResult::Comparison(comparison)), Some(path)) = (&result, &options.page) {
+        output::write(path, picture::page::comparison(comparison).as_bytes())?;
     }
     match partial {
         None => Ok(()),
@@ -59,11 +70,14 @@ async fn run(
     let cancel = CancelToken::default();
     let budget = Budget::new(cancel.clone());
     let planned = tokio::task::spawn_blocking(move || {
-        let display = RefCell::new(Display::new(title));
-        let show = |progress: Progress| display.borrow_mut().show(&standing(&progress));
+        let display = Mutex::new(Display::new(title));
+        let show = |progress: Progress| {
+            display.lock().unwrap_or_else(PoisonError::into_inner).show(&standing(&progress));
+        };
         let planned = prepared.run(&budget, &show);
         if let Ok(result) = &planned {
-            display.into_inner().finish(summary(result).trim_end());
+            let display = display.into_inner().unwrap_or_else(PoisonError::into_inner);
+            display.finish(summary(result).trim_end());
         }
         planned
     });
@@ -90,6 +104,7 @@ async fn run(
 fn standing(progress: &Progress) -> Standing<'_> {
     Standing {
         leg: progress.leg.as_deref(),
+        method: progress.method.as_deref(),
         iteration: progress.iteration,
         evaluations: progress.evaluations,
         best: progress.best,
@@ -111,6 +126,7 @@ fn summary(result: &PlanResult) -> String {
             let legs = program.legs.iter().map(|leg| line(&leg.name, &leg.result));
             format!("{}together {:.4} s\n", legs.collect::<String>(), program.duration)
         }
+        PlanResult::Comparison(comparison) => comparison::summary(comparison),
     }
 }
 
@@ -185,7 +201,7 @@ fn verify_requests(document: Value) -> Vec<Value> {
         Ok(PlanResult::Program(program)) => {
             program.legs.iter().map(|leg| verify_request(&leg.result)).collect()
         }
-        Err(_) => vec![document],
+        Ok(PlanResult::Comparison(_)) | Err(_) => vec![document],
     }
 }
 

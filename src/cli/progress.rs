@@ -11,6 +11,7 @@ use super::output;
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Standing<'a> {
     pub(super) leg: Option<&'a str>,
+    pub(super) method: Option<&'a str>,
     pub(super) iteration: u64,
     pub(super) evaluations: u64,
     pub(super) best: Option<f64>,
@@ -19,8 +20,14 @@ pub(super) struct Standing<'a> {
 
 impl Standing<'_> {
     fn text(&self) -> String {
-        let leg = self.leg.map(|leg| format!("{leg}: ")).unwrap_or_default();
+        let leg = match (self.leg, self.method) {
+            (Some(leg), Some(method)) => format!("{leg}, {method}: "),
+            (Some(name), None) | (None, Some(name)) => format!("{name}: "),
+            (None, None) => String::new(),
+        };
         let best = match self.best {
+            // Where methods are compared, a function's value is no time.
+            Some(best) if self.method.is_some() => format!("best {best:.6}"),
             Some(best) => format!("best {best:.4} s"),
             None => "nothing feasible yet".to_owned(),
         };
@@ -105,6 +112,7 @@ mod tests {
     fn says_where_a_search_stands() {
         let standing = Standing {
             leg: Some("AB"),
+            method: None,
             iteration: 12,
             evaluations: 650,
             best: Some(7.02554),

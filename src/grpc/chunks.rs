@@ -40,6 +40,12 @@ pub fn split(result: PlanResult) -> Vec<ResultChunk> {
                 parts.for_each(|part| send(Part::Trajectory(part)));
             }
         }
+        // A problem is bounded: methods and points of their curves are.
+        Some(Kind::Comparison(mut comparison)) => {
+            let problems = mem::take(&mut comparison.problems);
+            send(Part::Comparison(comparison));
+            problems.into_iter().for_each(|problem| send(Part::Problem(problem)));
+        }
     }
     chunks
 }
@@ -66,13 +72,19 @@ fn append(joined: &mut Option<Kind>, chunk: ResultChunk) -> Result<(), String> {
     match (part, joined) {
         (Part::Program(program), joined @ None) => *joined = Some(Kind::Program(program)),
         (Part::Trajectory(result), joined @ None) => *joined = Some(Kind::Trajectory(result)),
+        (Part::Comparison(result), joined @ None) => *joined = Some(Kind::Comparison(result)),
+        (Part::Problem(problem), Some(Kind::Comparison(result))) => result.problems.push(problem),
         (Part::Leg(leg), Some(Kind::Program(program))) => program.legs.push(leg),
         (Part::Trajectory(more), Some(Kind::Trajectory(result))) => merge(result, &more)?,
         (Part::Trajectory(more), Some(Kind::Program(ProgramResult { legs, .. }))) => {
             let leg = legs.last_mut().ok_or("a trajectory before its leg")?;
             merge(leg.result.get_or_insert_default(), &more)?;
         }
-        (Part::Program(_), Some(_)) => return Err("a second result".to_owned()),
+        (Part::Trajectory(_), Some(Kind::Comparison(_)))
+        | (Part::Program(_) | Part::Comparison(_), Some(_)) => {
+            return Err("a second result".to_owned());
+        }
+        (Part::Problem(_), _) => return Err("a problem without its comparison".to_owned()),
         (Part::Leg(_), _) => return Err("a leg without its program".to_owned()),
     }
     Ok(())

@@ -53,6 +53,38 @@ pub(super) fn program_job() -> Value {
     })
 }
 
+/// Three methods compared on one motion.
+pub(super) fn comparison_job() -> Value {
+    json!({
+        "robot": "woodworking_pprr",
+        "task": {
+            "type": "comparison",
+            "task": {
+                "type": "waypoints",
+                "waypoints": [[0.8, 1.2, 3.1, 0.0], [0.6, 0.9, 1.9, 1.0], [0.5, 1.0, 2.4, 0.8]],
+            },
+            "methods": ["cfpso", "coa", { "name": "ga", "label": "small ga", "population": 40 }],
+            "runs": 10,
+            "max_evaluations": 1000,
+        },
+    })
+}
+
+/// Two methods compared on functions with known optima; no robot is needed.
+pub(super) fn benchmark_job() -> Value {
+    json!({
+        "task": {
+            "type": "benchmark",
+            "functions": ["f1", "f6"],
+            "dimension": 10,
+            "iterations": 100,
+            "runs": 10,
+            "optimizers": ["cfpso", "golds_pso"],
+            "shifted": true,
+        },
+    })
+}
+
 /// A robot of two joints; what is not known is left out.
 pub(super) fn robot() -> Value {
     json!({

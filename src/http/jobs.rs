@@ -37,6 +37,8 @@ const LONGEST_WAIT_S: u64 = 60;
             value = json!(examples::published_job())
         )),
         ("program" = (summary = "Several motions in order", value = json!(examples::program_job()))),
+        ("comparison" = (summary = "Methods compared on a motion", value = json!(examples::comparison_job()))),
+        ("benchmark" = (summary = "Methods compared on functions", value = json!(examples::benchmark_job()))),
     )),
     params(
         ("Prefer" = Option<String>, Header, description = "`wait=5` waits up to 5 s for the result"),

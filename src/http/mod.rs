@@ -1,5 +1,6 @@
 //! The REST edge: addresses, headers and status codes. Nothing else knows them.
 
+mod comparisons;
 mod door;
 mod events;
 mod examples;
@@ -109,6 +110,7 @@ fn described_routes() -> OpenApiRouter<Edge> {
         .routes(routes!(results::trajectory))
         .routes(routes!(results::convergence))
         .routes(routes!(results::plot))
+        .routes(routes!(comparisons::page))
         .routes(routes!(registry::verify))
         .routes(routes!(robots::list))
         .routes(routes!(robots::get, robots::put, robots::delete))

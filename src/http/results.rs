@@ -6,13 +6,13 @@ use http::{HeaderValue, header};
 use serde::Serialize;
 use utoipa::ToSchema;
 
-use super::Edge;
 use super::input::{JobPath, Parameters};
 use super::jobs::json_text;
 use super::problem::{Problem, ProblemFault, Problems};
+use super::{Edge, comparisons};
 use crate::job::JobId;
 use crate::picture::{self, Curve, Section};
-use crate::plan::{PlanMetrics, PlanResult, TrajectoryResult};
+use crate::plan::{ComparisonResult, PlanMetrics, PlanResult, TrajectoryResult};
 use crate::service::{ServiceError, blocking};
 use crate::trajectory::{Certificate, JointTrajectory, Quantity, Samples, Timeline, Trajectory};
 
@@ -26,6 +26,11 @@ struct Parts<'a> {
 impl<'a> Parts<'a> {
     /// What `leg` names in `result`; everything without a name.
     fn of(result: &'a PlanResult, leg: Option<&str>) -> Result<Self, Problem> {
+        if matches!(result, PlanResult::Comparison(_)) {
+            let detail = "a comparison or benchmark has no trajectory; see /result, /metrics, \
+                          /convergence and /page";
+            return Err(Problem::not_found(detail));
+        }
         let Some(name) = leg else {
             let legs = matches!(result, PlanResult::Program(_));
             return Ok(Self { sections: Section::all(result), legs });
@@ -123,7 +128,7 @@ enum TrajectoryDocument {
 
 /// Reads a job's result and makes something of it, on a thread that may
 /// compute for long.
-async fn from_result<T: Send + 'static>(
+pub(super) async fn from_result<T: Send + 'static>(
     edge: &Edge,
     id: JobId,
     make: impl FnOnce(&PlanResult) -> Result<T, Problem> + Send + 'static,
@@ -132,7 +137,7 @@ async fn from_result<T: Send + 'static>(
     blocking(move || make(&result)).await
 }
 
-fn json<T: Serialize>(value: &T) -> Result<Response, Problem> {
+pub(super) fn json<T: Serialize>(value: &T) -> Result<Response, Problem> {
     Ok(json_text(serde_json::to_string(value).map_err(ServiceError::internal)?))
 }
 
@@ -161,6 +166,17 @@ pub(super) async fn result(
     Ok(json_text(text))
 }
 
+/// The figures of a plan, or of compared methods.
+#[derive(Serialize, ToSchema)]
+#[serde(untagged)]
+#[expect(dead_code, reason = "describes what is written apart")]
+enum Metrics {
+    /// Of one trajectory or of each leg's.
+    Plan(Views<PlanMetrics>),
+    /// Of a comparison or benchmark: its result without the curves.
+    Comparison(ComparisonResult),
+}
+
 /// Get the figures that describe the plan
 #[utoipa::path(
     get, path = "/v1/jobs/{id}/metrics", tag = "results",
@@ -168,7 +184,7 @@ pub(super) async fn result(
         ("id" = String, Path, format = "uuid", description = "The job's id"),
         ("leg" = Option<String>, Query, description = "One leg of a program; default a list of all"),
     ),
-    responses((status = 200, description = "The figures", body = Views<PlanMetrics>), Problems),
+    responses((status = 200, description = "The figures", body = Metrics), Problems),
 )]
 pub(super) async fn metrics(
     State(edge): State<Edge>,
@@ -176,8 +192,9 @@ pub(super) async fn metrics(
     query: Parameters,
 ) -> Result<Response, Problem> {
     let leg = leg(query)?;
-    from_result(&edge, id, move |result| {
-        Parts::of(result, leg.as_deref())?.json(|part| &part.metrics)
+    from_result(&edge, id, move |result| match result {
+        PlanResult::Comparison(comparison) => comparisons::metrics(comparison, leg.as_deref()),
+        _ => Parts::of(result, leg.as_deref())?.json(|part| &part.metrics),
     })
     .await
 }
@@ -323,6 +340,17 @@ pub(super) struct Convergence {
     convergence: Vec<crate::optimize::ConvergencePoint>,
 }
 
+/// How a search, or how compared methods converged.
+#[derive(Serialize, ToSchema)]
+#[serde(untagged)]
+#[expect(dead_code, reason = "describes what is written apart")]
+enum ConvergenceDocument {
+    /// Of one search or of each leg's.
+    Search(Views<Convergence>),
+    /// Of a comparison or benchmark.
+    Comparison(comparisons::ComparedConvergence),
+}
+
 /// Get how the search converged
 #[utoipa::path(
     get, path = "/v1/jobs/{id}/convergence", tag = "results",
@@ -330,11 +358,11 @@ pub(super) struct Convergence {
         ("id" = String, Path, format = "uuid", description = "The job's id"),
         ("format" = inline(Option<ConvergenceFormat>), Query,
             description = "`json` (default), `csv` or `svg`"),
-        ("leg" = Option<String>, Query, description = "One leg of a program; default all"),
+        ("leg" = Option<String>, Query, description = "One leg of a program or problem of a comparison; default all, but a picture shows one problem"),
     ),
     responses(
         (status = 200, description = "The curve, per leg of a program", content(
-            (Views<Convergence> = "application/json"), (String = "text/csv"), (String = "image/svg+xml"),
+            (ConvergenceDocument = "application/json"), (String = "text/csv"), (String = "image/svg+xml"),
         )),
         Problems,
     ),
@@ -353,6 +381,9 @@ pub(super) async fn convergence(
     let leg = query.text("leg");
     let (format, leg) = query.finish((format, leg))?;
     from_result(&edge, id, move |result| {
+        if let PlanResult::Comparison(comparison) = result {
+            return compared_convergence(id, comparison, format, leg.as_deref());
+        }
         let parts = Parts::of(result, leg.as_deref())?;
         match format {
             ConvergenceFormat::Json => {
@@ -369,6 +400,22 @@ pub(super) async fn convergence(
         }
     })
     .await
+}
+
+fn compared_convergence(
+    id: JobId,
+    comparison: &ComparisonResult,
+    format: ConvergenceFormat,
+    leg: Option<&str>,
+) -> Result<Response, Problem> {
+    match format {
+        ConvergenceFormat::Json => comparisons::convergence(comparison, leg),
+        ConvergenceFormat::Csv => {
+            let text = comparisons::convergence_csv(comparison, leg)?;
+            Ok(csv(&format!("takt-{id}-convergence.csv"), text))
+        }
+        ConvergenceFormat::Svg => comparisons::convergence_svg(comparison, leg).map(svg),
+    }
 }
 
 fn convergence_csv(sections: &[Section<'_>]) -> String {

@@ -3,3 +3,4 @@
 pub mod lanes;
 pub mod polynomial;
 pub mod random;
+pub mod statistics;

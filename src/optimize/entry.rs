@@ -156,6 +156,11 @@ impl Settings {
         self.get(name) != 0.0
     }
 
+    /// All values by name; `true` is 1.
+    pub fn values(&self) -> impl Iterator<Item = (&'static str, f64)> + '_ {
+        self.0.iter().map(|(&name, &value)| (name, value))
+    }
+
     /// The value of a whole number.
     pub fn integer(&self, name: &str) -> u64 {
         self.get(name) as u64
@@ -163,6 +168,12 @@ impl Settings {
 }
 
 impl OptimizerEntry {
+    /// True if the seed changes nothing. Such a method follows the scaling law
+    /// and can only be used where [`Objective::is_homogeneous`].
+    pub fn is_deterministic(&self) -> bool {
+        self.name == super::exact::ENTRY.name
+    }
+
     /// All parameters: its own, then the common ones.
     pub fn all_parameters(&self) -> impl Iterator<Item = &'static Parameter> + use<> {
         self.parameters.iter().chain(COMMON)

@@ -134,7 +134,8 @@ impl<'a> Evaluator<'a> {
         values.fill(unusable);
         let dimension = self.bounds().dimension();
         let work = self.objective.evaluation_ns() * values.len() as f64;
-        let threads = if work < PARALLEL_NS { 1 } else { rayon::current_num_threads() };
+        let pays = work >= PARALLEL_NS && self.objective.may_use_threads();
+        let threads = if pays { rayon::current_num_threads() } else { 1 };
         while self.candidates.len() < threads {
             self.candidates.push(self.objective.candidate());
         }

@@ -41,6 +41,12 @@ pub trait Objective: Sync {
     /// Roughly how long one evaluation takes, ns; decides whether threads pay.
     fn evaluation_ns(&self) -> f64;
 
+    /// False where others keep all threads busy: candidates are then evaluated
+    /// in the calling thread alone.
+    fn may_use_threads(&self) -> bool {
+        true
+    }
+
     /// Candidates worth starting from; may be empty.
     fn starts(&self) -> Vec<Vec<f64>> {
         Vec::new()
@@ -49,6 +55,35 @@ pub trait Objective: Sync {
     /// True if [`Candidate::homogeneous`] is offered.
     fn is_homogeneous(&self) -> bool {
         false
+    }
+}
+
+/// An objective for one of many searches that run side by side.
+pub struct SideBySide<'a>(pub &'a dyn Objective);
+
+impl Objective for SideBySide<'_> {
+    fn bounds(&self) -> &Bounds {
+        self.0.bounds()
+    }
+
+    fn candidate(&self) -> Box<dyn Candidate + '_> {
+        self.0.candidate()
+    }
+
+    fn evaluation_ns(&self) -> f64 {
+        self.0.evaluation_ns()
+    }
+
+    fn may_use_threads(&self) -> bool {
+        false
+    }
+
+    fn starts(&self) -> Vec<Vec<f64>> {
+        self.0.starts()
+    }
+
+    fn is_homogeneous(&self) -> bool {
+        self.0.is_homogeneous()
     }
 }
 

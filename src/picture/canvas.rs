@@ -76,7 +76,8 @@ fn point((x, y): (f64, f64)) -> (i32, i32) {
     (subpixels(x), subpixels(y))
 }
 
-fn escaped(text: &str) -> String {
+/// Text as XML and HTML take it, within and outside of quotes.
+pub(super) fn escaped(text: &str) -> String {
     let text = printable(text);
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
@@ -112,6 +113,13 @@ impl Canvas<'_> {
     pub(super) fn rectangle(&self, left: f64, top: f64, right: f64, bottom: f64, colour: RGBColor) {
         let corners = [point((left, top)), point((right, bottom))];
         ignore(self.area.draw(&Rectangle::new(corners, Self::style(colour, 0.0))));
+    }
+
+    /// A faint area; lines below shine through.
+    pub(super) fn area(&self, outline: &[(f64, f64)], colour: RGBColor) {
+        const OPACITY: f64 = 0.12;
+        let outline: Vec<_> = outline.iter().copied().map(point).collect();
+        ignore(self.area.draw(&Polygon::new(outline, colour.mix(OPACITY))));
     }
 
     /// A filled circle.

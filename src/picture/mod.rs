@@ -1,15 +1,19 @@
-//! Pictures of results, as SVG: motion over time and the search's convergence.
+//! Pictures of results, as SVG: motion over time, the search's convergence and
+//! methods compared; and pages that hold them.
 //!
 //! Pure: a result goes in, a text comes out. Drawing never fails and never
 //! panics, whatever the numbers; what cannot be shown is left out.
 
+mod bands;
 mod canvas;
 mod chart;
 mod convergence;
 mod motion;
+pub mod page;
 mod palette;
 mod scale;
 
+pub use bands::bands;
 pub use convergence::{Curve, convergence};
 pub use motion::{Section, plot};
 

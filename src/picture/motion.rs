@@ -45,6 +45,8 @@ impl<'a> Section<'a> {
                 .iter()
                 .map(|leg| Self { name: Some(&leg.name), start: leg.start, result: &leg.result })
                 .collect(),
+            // What it compares are durations, not motions.
+            PlanResult::Comparison(_) => Vec::new(),
         }
     }
 

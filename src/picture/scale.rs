@@ -11,6 +11,8 @@ pub(super) struct Scale {
     max: f64,
     pixel_min: f64,
     pixel_max: f64,
+    /// True if `min` and `max` are powers of ten.
+    logarithmic: bool,
 }
 
 /// One tick of an axis.
@@ -69,12 +71,25 @@ impl Scale {
     pub(super) fn new(range: Range, margin: f64, pixel_min: f64, pixel_max: f64) -> Self {
         let Range { min, max } = range.widened();
         let free = (max - min) * margin;
-        Self { min: min - free, max: max + free, pixel_min, pixel_max }
+        Self { min: min - free, max: max + free, pixel_min, pixel_max, logarithmic: false }
+    }
+
+    /// Like [`new`](Self::new), by orders of magnitude; `range` is of positive
+    /// values.
+    pub(super) fn logarithmic(range: Range, margin: f64, pixel_min: f64, pixel_max: f64) -> Self {
+        let mut powers = Range::EMPTY;
+        for end in [range.min, range.max].into_iter().filter(|end| !range.is_empty() && *end > 0.0)
+        {
+            powers.include(end.log10());
+        }
+        let scale = Self::new(powers, margin, pixel_min, pixel_max);
+        Self { logarithmic: true, ..scale }
     }
 
     /// Where `value` is drawn; values outside at the nearer end, undefined
     /// ones at the lower.
     pub(super) fn pixel(&self, value: f64) -> f64 {
+        let value = if self.logarithmic { value.max(f64::MIN_POSITIVE).log10() } else { value };
         let share = ((value - self.min) / (self.max - self.min)).clamp(0.0, 1.0);
         let share = if share.is_nan() { 0.0 } else { share };
         self.pixel_min + share * (self.pixel_max - self.pixel_min)
@@ -92,14 +107,22 @@ impl Scale {
 
     /// Ticks at multiples of 1, 2 or 5 times a power of ten, about `count`.
     pub(super) fn ticks(&self, count: usize) -> Vec<Tick> {
-        let step = nice_step((self.max - self.min) / count.max(1) as f64);
+        let mut step = nice_step((self.max - self.min) / count.max(1) as f64);
+        if self.logarithmic {
+            step = step.max(1.0);
+        }
         let first = (self.min / step).ceil();
         let last = (self.max / step).floor();
-        let number = ((last - first) as usize).min(4 * count);
-        (0..=number)
+        // Less than an order of magnitude may hold no power of ten.
+        let number = if last < first { 0 } else { ((last - first) as usize).min(4 * count) + 1 };
+        (0..number)
             .map(|index| {
                 // Adding 0.0 turns a negative zero into zero.
                 let value = (first + index as f64) * step + 0.0;
+                if self.logarithmic {
+                    let label = typeset(&format!("1e{value}"));
+                    return Tick { value: 10f64.powf(value), label };
+                }
                 Tick { value, label: label(value, step) }
             })
             .collect()

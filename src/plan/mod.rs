@@ -9,6 +9,7 @@ mod request;
 mod result;
 mod run;
 pub mod scenarios;
+mod study;
 pub mod verify;
 mod waypoints;
 
@@ -17,3 +18,8 @@ pub use prepare::{MAX_LEGS, MAX_WAYPOINTS, validate};
 pub use prepared::{PreparedPlan, Progress};
 pub use request::*;
 pub use result::*;
+pub use study::{
+    BenchmarkTask, BestRun, ComparedProblem, ComparisonResult, ComparisonTask, CurvePoint,
+    EvaluationQuartiles, KnownOptimum, MAX_DIMENSION, MAX_METHODS, MAX_PROBLEMS, MAX_RUNS,
+    MethodChoice, MethodResult, ProblemResult,
+};

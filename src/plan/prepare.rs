@@ -3,12 +3,12 @@
 use std::collections::HashSet;
 use std::sync::Arc;
 
-use super::limits;
 use super::prepared::{LEAST_WAY, PreparedPlan, PreparedTask, PreparedWaypoints};
 use super::request::{
     Clock, Constraints, DurationGoal, DurationRange, PlanRequest, ProgramTask, RobotRef, Task,
     WaypointsTask,
 };
+use super::{limits, study};
 use crate::fault::{Faults, escape};
 use crate::optimize::{OptimizerEntry, Settings, optimizer, optimizer_names};
 use crate::robot::Robot;
@@ -43,22 +43,54 @@ pub fn validate(
     find_robot: &dyn Fn(&str) -> Option<Arc<Robot>>,
 ) -> Result<PreparedPlan, Faults> {
     let mut faults = Faults::default();
-    let Some(robot) = resolve_robot(&request.robot, find_robot, &mut faults) else {
-        return Err(faults);
+    let robot = match &request.robot {
+        None => None,
+        // Without its robot nothing can be said about a task.
+        Some(robot) => match resolve_robot(robot, find_robot, &mut faults) {
+            None => return Err(faults),
+            robot => robot,
+        },
     };
-    let limits =
-        limits::resolve(&robot, request.limits.as_ref(), request.limit_scale.as_ref(), &mut faults);
-    let check = Check { robot: &robot, limits: &limits };
+    let (overrides, scale) = (request.limits.as_ref(), request.limit_scale.as_ref());
+    let limits = match &robot {
+        Some(robot) => limits::resolve(robot, overrides, scale, &mut faults),
+        None => Vec::new(),
+    };
     let task = match &request.task {
-        Task::Waypoints(task) => {
-            check.waypoints(task, "/task", &mut faults).map(PreparedTask::Waypoints)
+        Task::Comparison(task) => {
+            let common = Common { robot: robot.as_ref(), limits: &limits, find_robot };
+            study::prepare_comparison(task, &common, &mut faults).map(PreparedTask::Study)
         }
-        Task::Program(task) => check.program(task, &mut faults).map(PreparedTask::Program),
+        Task::Benchmark(task) => {
+            study::prepare_benchmark(task, &mut faults).map(PreparedTask::Study)
+        }
+        Task::Waypoints(_) | Task::Program(_) if robot.is_none() => {
+            faults.add("/robot", "missing field `robot`");
+            None
+        }
+        Task::Waypoints(task) => robot.as_ref().and_then(|robot| {
+            let check = Check { robot, limits: &limits };
+            check.waypoints(task, "/task", &mut faults).map(PreparedTask::Waypoints)
+        }),
+        Task::Program(task) => robot.as_ref().and_then(|robot| {
+            let check = Check { robot, limits: &limits };
+            check.program(task, &mut faults).map(PreparedTask::Program)
+        }),
     };
     let seed = request.seed;
     // A task that is none has at least one fault.
     let prepared = |task| PreparedPlan { robot, limits, seed, task };
     faults.into_result(task)?.map(prepared).ok_or_else(Faults::default)
+}
+
+/// What a request says for all problems of a comparison.
+pub(super) struct Common<'a> {
+    /// The request's robot, if it has one.
+    pub robot: Option<&'a Arc<Robot>>,
+    /// Its limits.
+    pub limits: &'a [JointBounds],
+    /// Knows the robots that have names.
+    pub find_robot: &'a dyn Fn(&str) -> Option<Arc<Robot>>,
 }
 
 /// The robot a request names or describes.
@@ -86,13 +118,15 @@ pub(super) fn resolve_robot(
     }
 }
 
-struct Check<'a> {
-    robot: &'a Robot,
-    limits: &'a [JointBounds],
+/// What a task has to fit.
+pub(super) struct Check<'a> {
+    pub robot: &'a Robot,
+    pub limits: &'a [JointBounds],
 }
 
 impl Check<'_> {
-    fn waypoints(
+    /// Checks the task at `pointer`.
+    pub fn waypoints(
         &self,
         task: &WaypointsTask,
         pointer: &str,
@@ -112,7 +146,8 @@ impl Check<'_> {
         };
         check_durations(task, pointer, faults);
         if let Some(settings) = &settings {
-            check_population(task, settings, pointer, faults);
+            let segments = task.waypoints.len().saturating_sub(1);
+            check_population(segments, settings, &format!("{pointer}/optimizer"), faults);
         }
         if faults.0.len() == before {
             self.fit(task, interpolation, pointer, faults);
@@ -352,15 +387,21 @@ fn check_closed_form(task: &WaypointsTask, name: &str, pointer: &str, faults: &m
     }
 }
 
-fn check_population(task: &WaypointsTask, settings: &Settings, pointer: &str, faults: &mut Faults) {
+/// Whether a population of candidates with `variables` each fits the memory;
+/// `pointer` is the optimizer's.
+pub(super) fn check_population(
+    variables: usize,
+    settings: &Settings,
+    pointer: &str,
+    faults: &mut Faults,
+) {
     let Some(population) = settings.optional("population") else { return };
-    let segments = task.waypoints.len().saturating_sub(1);
-    if population * segments as f64 > MAX_POPULATION_VARIABLES {
+    if population * variables as f64 > MAX_POPULATION_VARIABLES {
         let detail = format!(
-            "{population} candidates of {segments} durations each are too many; at most \
-             {MAX_POPULATION_VARIABLES:e} durations together"
+            "{population} candidates of {variables} variables each are too many; at most \
+             {MAX_POPULATION_VARIABLES:e} variables together"
         );
-        faults.add(format!("{pointer}/optimizer/population"), detail);
+        faults.add(format!("{pointer}/population"), detail);
     }
 }
 

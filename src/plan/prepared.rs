@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::request::{Clock, ConstraintHandling, Constraints, DurationGoal, DurationRange};
+use super::study::PreparedStudy;
 use crate::optimize::{OptimizerEntry, Settings};
 use crate::robot::Robot;
 use crate::trajectory::JointBounds;
@@ -29,8 +30,11 @@ pub struct Progress {
     pub mean: Option<f64>,
     /// Proven lower bound on the duration, s.
     pub lower_bound: Option<f64>,
-    /// The program's leg being planned.
+    /// The program's leg being planned, or the problem methods are compared on.
     pub leg: Option<String>,
+    /// The method being run, where several are compared.
+    #[serde(default)]
+    pub method: Option<String>,
 }
 
 impl Progress {
@@ -50,7 +54,8 @@ impl Progress {
 
 /// A valid request, ready to run.
 pub struct PreparedPlan {
-    pub(super) robot: Arc<Robot>,
+    /// None if the task is about no robot, or about several.
+    pub(super) robot: Option<Arc<Robot>>,
     pub(super) limits: Vec<JointBounds>,
     pub(super) seed: u64,
     pub(super) task: PreparedTask,
@@ -59,6 +64,7 @@ pub struct PreparedPlan {
 pub(super) enum PreparedTask {
     Waypoints(PreparedWaypoints),
     Program(Vec<(String, PreparedWaypoints)>),
+    Study(PreparedStudy),
 }
 
 /// A valid `waypoints` task.
@@ -77,7 +83,10 @@ pub(super) struct PreparedWaypoints {
 impl PreparedPlan {
     /// Roughly how long planning takes on one core, s.
     pub fn estimate_s(&self) -> f64 {
-        self.tasks().map(PreparedWaypoints::estimate_s).sum()
+        match &self.task {
+            PreparedTask::Study(study) => study.estimate_s(),
+            _ => self.tasks().map(PreparedWaypoints::estimate_s).sum(),
+        }
     }
 
     /// The task's name.
@@ -85,11 +94,15 @@ impl PreparedPlan {
         match &self.task {
             PreparedTask::Waypoints(_) => "waypoints",
             PreparedTask::Program(_) => "program",
+            PreparedTask::Study(study) => study.task,
         }
     }
 
-    /// Interpolation and optimizer, or those of a program's legs.
+    /// Interpolation and optimizer, those of a program's legs, or how many are compared.
     pub fn method(&self) -> String {
+        if let PreparedTask::Study(study) = &self.task {
+            return format!("{} methods", study.methods.len());
+        }
         let mut methods: Vec<String> = Vec::new();
         for task in self.tasks() {
             let method = format!("{}/{}", task.optimizer.name, task.interpolation.name);
@@ -100,33 +113,39 @@ impl PreparedPlan {
         methods.join(",")
     }
 
-    /// The robot.
-    pub fn robot(&self) -> &Arc<Robot> {
-        &self.robot
+    /// The robot's name; `-` if the task is about no robot, or about several.
+    pub fn robot_name(&self) -> &str {
+        self.robot.as_ref().map_or("-", |robot| robot.name())
     }
 
     fn tasks(&self) -> impl Iterator<Item = &PreparedWaypoints> {
         let (one, many) = match &self.task {
             PreparedTask::Waypoints(task) => (Some(task), None),
             PreparedTask::Program(legs) => (None, Some(legs.iter().map(|(_, task)| task))),
+            PreparedTask::Study(_) => (None, None),
         };
         one.into_iter().chain(many.into_iter().flatten())
     }
 }
 
 impl PreparedWaypoints {
+    /// Roughly how long one evaluation takes, s.
+    pub fn evaluation_s(&self) -> f64 {
+        let (segments, dof) = (self.waypoints.len() - 1, self.waypoints[0].len());
+        let groups = if self.clock == Clock::PerJoint { 1 } else { dof.div_ceil(8) };
+        let sweeps = if self.handling == ConstraintHandling::RepairSegment { 4.0 } else { 1.0 };
+        1e-6 * (0.2 + 0.3 * (segments * groups) as f64) * sweeps
+    }
+
     fn estimate_s(&self) -> f64 {
         let (segments, dof) = (self.waypoints.len() - 1, self.waypoints[0].len());
         let searches = if self.clock == Clock::PerJoint { dof } else { 1 };
-        let groups = if self.clock == Clock::PerJoint { 1 } else { dof.div_ceil(8) };
-        let evaluation_s = 1e-6 * (0.2 + 0.3 * (segments * groups) as f64);
         let evaluations = match self.settings.optional("population") {
             Some(population) => population * (1.0 + self.settings.get("iterations")),
             None => 100.0 * self.settings.get("iterations") * (segments + 2) as f64,
         };
         let limit = self.settings.optional("max_evaluations").unwrap_or(f64::INFINITY);
-        let sweeps = if self.handling == ConstraintHandling::RepairSegment { 4.0 } else { 1.0 };
-        let estimate = evaluations.min(limit) * evaluation_s * sweeps * searches as f64;
+        let estimate = evaluations.min(limit) * self.evaluation_s() * searches as f64;
         estimate.min(self.settings.optional("time_limit_s").unwrap_or(f64::INFINITY))
     }
 }

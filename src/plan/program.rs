@@ -51,7 +51,7 @@ fn assemble(
 ) -> PlanResult {
     let certificates = || legs.iter().map(|leg| &leg.result.certificate);
     PlanResult::Program(ProgramResult {
-        robot: plan.robot.name().to_owned(),
+        robot: plan.robot_name().to_owned(),
         joint_names: plan.limits.iter().map(|limit| limit.name.clone()).collect(),
         duration,
         lawful: certificates().all(|certificate| certificate.lawful),

@@ -7,14 +7,18 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use utoipa::ToSchema;
 
+use super::study::{BenchmarkTask, ComparisonTask};
 use crate::fault::{Faults, read};
 use crate::robot::RobotDescription;
 
 /// A planning job's content: which robot, what to plan, within which limits.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct PlanRequest {
-    /// A catalogue or registered robot by name, or a robot object inline.
-    pub robot: RobotRef,
+    /// A catalogue or registered robot by name, or a robot object inline. May
+    /// be left out of a benchmark, and of a comparison whose problems all name
+    /// their own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub robot: Option<RobotRef>,
     /// What to plan.
     pub task: Task,
     /// Seed of every random stream. Equal request and seed give equal results.
@@ -46,10 +50,14 @@ pub enum Task {
     Waypoints(WaypointsTask),
     /// Several tasks in order.
     Program(ProgramTask),
+    /// Methods compared on tasks.
+    Comparison(ComparisonTask),
+    /// Methods compared on mathematical functions.
+    Benchmark(BenchmarkTask),
 }
 
 /// The names of all tasks, as `type` takes them.
-pub const TASKS: &[&str] = &["waypoints", "program"];
+pub const TASKS: &[&str] = &["waypoints", "program", "comparison", "benchmark"];
 
 /// Pass through joint waypoints in the least time, at rest at both ends.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -113,7 +121,8 @@ pub enum LegTask {
 }
 
 impl LegTask {
-    fn serialize_waypoints<S: serde::Serializer>(
+    /// Writes the task with its type.
+    pub(super) fn serialize_waypoints<S: serde::Serializer>(
         task: &WaypointsTask,
         serializer: S,
     ) -> Result<S::Ok, S::Error> {
@@ -300,6 +309,15 @@ struct RawPlanRequest {
 }
 
 impl PlanRequest {
+    /// The robots the request names or describes.
+    pub fn robots_mut(&mut self) -> impl Iterator<Item = &mut RobotRef> {
+        let problems = match &mut self.task {
+            Task::Comparison(comparison) => &mut comparison.problems[..],
+            Task::Waypoints(_) | Task::Program(_) | Task::Benchmark(_) => &mut [],
+        };
+        self.robot.iter_mut().chain(problems.iter_mut().filter_map(|it| it.robot.as_mut()))
+    }
+
     /// Reads a request; the structure only, see
     /// [`validate`](super::validate()) for its meaning.
     ///
@@ -312,7 +330,8 @@ impl PlanRequest {
         // faults are found even where others stand beside them.
         let members = ["robot", "task"].map(|name| {
             let member = value.get(name).cloned();
-            if member.is_none() && value.is_object() {
+            let needed = name != "robot" || needs_robot(&value);
+            if member.is_none() && needed && value.is_object() {
                 faults.add(format!("/{name}"), format!("missing field `{name}`"));
             }
             member
@@ -321,8 +340,8 @@ impl PlanRequest {
         let [robot, task] = members;
         let robot = robot.and_then(|value| RobotRef::parse(value, "/robot", &mut faults));
         let task = task.and_then(|value| Task::parse(value, "/task", &mut faults));
-        match (raw, robot, task) {
-            (Some(raw), Some(robot), Some(task)) => faults.into_result(Self {
+        match (raw, task) {
+            (Some(raw), Some(task)) => faults.into_result(Self {
                 robot,
                 task,
                 seed: raw.seed,
@@ -332,6 +351,13 @@ impl PlanRequest {
             _ => Err(faults),
         }
     }
+}
+
+/// True unless the task is of a kind that may do without the request's robot:
+/// whether such a one needs it, only its meaning tells.
+fn needs_robot(request: &Value) -> bool {
+    let task = request.pointer("/task/type").and_then(Value::as_str);
+    !matches!(task, Some("comparison" | "benchmark"))
 }
 
 impl RobotRef {
@@ -356,6 +382,8 @@ impl Task {
         match take_type(&mut value, pointer, faults)?.as_str() {
             "waypoints" => read(value, pointer, faults).map(Self::Waypoints),
             "program" => ProgramTask::parse(value, pointer, faults).map(Self::Program),
+            "comparison" => ComparisonTask::parse(value, pointer, faults).map(Self::Comparison),
+            "benchmark" => read(value, pointer, faults).map(Self::Benchmark),
             other => {
                 let known = TASKS.join(", ");
                 faults.add(
@@ -372,6 +400,8 @@ impl Task {
         match self {
             Self::Waypoints(_) => "waypoints",
             Self::Program(_) => "program",
+            Self::Comparison(_) => "comparison",
+            Self::Benchmark(_) => "benchmark",
         }
     }
 }
@@ -415,7 +445,12 @@ impl ProgramTask {
             let place = format!("{pointer}/legs/{index}/task");
             match Task::parse(task, &place, faults) {
                 Some(Task::Waypoints(task)) => legs.push(Leg { name, task }),
-                Some(Task::Program(_)) => faults.add(place, "a leg cannot be a program again"),
+                Some(other) => {
+                    faults.add(
+                        place,
+                        format!("a leg passes waypoints and cannot be a {}", other.name()),
+                    );
+                }
                 None => {}
             }
         }

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+use super::study::ComparisonResult;
 use crate::budget::StopReason;
 use crate::optimize::ConvergencePoint;
 use crate::trajectory::{Certificate, LowerBound, Trajectory};
@@ -15,6 +16,8 @@ pub enum PlanResult {
     Program(ProgramResult),
     /// Of a task with one trajectory.
     Trajectory(Box<TrajectoryResult>),
+    /// Of a comparison or a benchmark: a result per problem and method.
+    Comparison(ComparisonResult),
 }
 
 /// A timed trajectory and the figures that prove it.

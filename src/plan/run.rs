@@ -3,11 +3,12 @@
 use super::error::PlanError;
 use super::prepared::{PreparedPlan, PreparedTask, Progress};
 use super::result::PlanResult;
-use super::{program, waypoints};
+use super::{program, study, waypoints};
 use crate::budget::Budget;
 
 impl PreparedPlan {
-    /// Plans. `progress` is called after every generation.
+    /// Plans. `progress` is called after every generation, of many runs side by
+    /// side about every millisecond; perhaps from several threads.
     ///
     /// # Errors
     ///
@@ -16,7 +17,7 @@ impl PreparedPlan {
     pub fn run(
         &self,
         budget: &Budget,
-        progress: &dyn Fn(Progress),
+        progress: &(dyn Fn(Progress) + Sync),
     ) -> Result<PlanResult, PlanError> {
         match &self.task {
             PreparedTask::Waypoints(task) => {
@@ -24,6 +25,7 @@ impl PreparedPlan {
                 Ok(PlanResult::Trajectory(Box::new(result)))
             }
             PreparedTask::Program(legs) => program::plan(self, legs, budget, progress),
+            PreparedTask::Study(study) => study::run(study, self.seed, budget, progress),
         }
     }
 }

@@ -25,6 +25,7 @@ pub struct Scenario {
 const FILES: &[&str] = &[
     include_str!("../../scenarios/mcb-ab.json"),
     include_str!("../../scenarios/mcb-assembly.json"),
+    include_str!("../../scenarios/optimizers.json"),
     include_str!("../../scenarios/wood.json"),
 ];
 

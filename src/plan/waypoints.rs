@@ -11,7 +11,7 @@ use super::result::{Binding, JointOptimum, PlanMetrics, PlanResult, TrajectoryRe
 use crate::budget::{Budget, StopReason};
 use crate::math::polynomial::{Extremes, integral_of_square, value};
 use crate::math::random::derive_seed;
-use crate::optimize::{ConvergencePoint, Solution, minimize};
+use crate::optimize::{ConvergencePoint, OptimizerEntry, Solution, minimize};
 use crate::trajectory::interpolation::{Profile, ProfileLimits, Timing};
 use crate::trajectory::kernel::Kernel;
 use crate::trajectory::timing::{Handling, TimingProblem};
@@ -58,6 +58,34 @@ pub fn plan(
     }
 }
 
+/// How many derivatives the optimizer minds.
+fn orders(task: &PreparedWaypoints) -> usize {
+    match task.constraints {
+        Constraints::Full => 3,
+        Constraints::VelocityOnly => 1,
+    }
+}
+
+/// Poses the timing problem of some of a task's joints for `optimizer`.
+pub(super) fn pose(
+    task: &PreparedWaypoints,
+    limits: &[JointBounds],
+    kernel: &'static dyn Kernel,
+    joints: &[usize],
+    optimizer: &OptimizerEntry,
+) -> TimingProblem {
+    let pick = |row: &Vec<f64>| joints.iter().map(|&joint| row[joint]).collect();
+    let waypoints: Vec<Vec<f64>> = task.waypoints.iter().map(pick).collect();
+    let limits: Vec<_> = joints.iter().map(|&joint| limits[joint].kernel(orders(task))).collect();
+    // The exact method knows no other way than the scaling law.
+    let handling = match optimizer.is_deterministic() {
+        true => Handling::RepairUniform,
+        false => handling(task.handling),
+    };
+    let range = task.range.map(|range| [range.min, range.max]);
+    TimingProblem::new(kernel, &waypoints, &limits, handling, range)
+}
+
 struct Run<'a> {
     task: &'a PreparedWaypoints,
     limits: &'a [JointBounds],
@@ -80,27 +108,12 @@ struct Timed {
 type Found = (Vec<f64>, Solution, Option<Vec<JointOptimum>>);
 
 impl Run<'_> {
-    /// How many derivatives the optimizer minds.
     fn orders(&self) -> usize {
-        match self.task.constraints {
-            Constraints::Full => 3,
-            Constraints::VelocityOnly => 1,
-        }
+        orders(self.task)
     }
 
     fn problem(&self, kernel: &'static dyn Kernel, joints: &[usize]) -> TimingProblem {
-        let pick = |row: &Vec<f64>| joints.iter().map(|&joint| row[joint]).collect();
-        let waypoints: Vec<Vec<f64>> = self.task.waypoints.iter().map(pick).collect();
-        let limits: Vec<_> =
-            joints.iter().map(|&joint| self.limits[joint].kernel(self.orders())).collect();
-        // The exact method knows no other way than the scaling law.
-        let handling = if self.task.optimizer.name == "exact" {
-            Handling::RepairUniform
-        } else {
-            handling(self.task.handling)
-        };
-        let range = self.task.range.map(|range| [range.min, range.max]);
-        TimingProblem::new(kernel, &waypoints, &limits, handling, range)
+        pose(self.task, self.limits, kernel, joints, self.task.optimizer)
     }
 
     /// The run's budget within the optimizer's own limits, from now.
@@ -130,6 +143,7 @@ impl Run<'_> {
                 best: point.best,
                 mean: point.mean,
                 lower_bound: lower,
+                method: None,
             });
         };
         let iterations = settings.integer("iterations");
@@ -355,7 +369,7 @@ impl Run<'_> {
         let duration = trajectory.duration();
         let metrics = metrics(&trajectory, self.limits, &waypoint_times, initial_duration);
         TrajectoryResult {
-            robot: plan.robot.name().to_owned(),
+            robot: plan.robot_name().to_owned(),
             joint_names: self.limits.iter().map(|limit| limit.name.clone()).collect(),
             joint_units: self.limits.iter().map(|limit| limit.unit.to_owned()).collect(),
             duration,

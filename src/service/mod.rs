@@ -108,17 +108,19 @@ impl Service {
                     return Err(faults);
                 }
             };
-            if let RobotRef::Name(name) = &request.plan.robot
-                && let Some(robot) = find(name)
-            {
-                request.plan.robot = RobotRef::Inline(Box::new(robot.description().clone()));
+            for reference in request.plan.robots_mut() {
+                if let RobotRef::Name(name) = reference
+                    && let Some(robot) = find(name)
+                {
+                    *reference = RobotRef::Inline(Box::new(robot.description().clone()));
+                }
             }
             let text = serde_json::to_string(&request.plan);
             Ok(text.map(|text| NewJob {
                 request: text,
                 task: prepared.task().to_owned(),
                 method: prepared.method(),
-                robot: prepared.robot().name().to_owned(),
+                robot: prepared.robot_name().to_owned(),
                 seed: request.plan.seed,
                 priority: request.priority,
                 labels: request.labels,

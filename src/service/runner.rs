@@ -16,56 +16,61 @@ pub struct PlanningRunner;
 /// A result in a few figures: what a job's last event carries.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct ResultSummary {
-    /// Total duration, s.
-    pub duration: f64,
-    /// True if the certificate of every leg is lawful.
-    pub lawful: bool,
-    /// The worst ratio of a peak to its limit.
-    pub worst_ratio: f64,
+    /// Total duration, s; null where methods were compared.
+    pub duration: Option<f64>,
+    /// True if the certificate of every leg is lawful; null where methods were compared.
+    pub lawful: Option<bool>,
+    /// The worst ratio of a peak to its limit; null where methods were compared.
+    pub worst_ratio: Option<f64>,
     /// No lawful trajectory is shorter, s; null if not proven.
     pub lower_bound: Option<f64>,
-    /// Number of legs; 1 if the task is not a program.
+    /// Number of legs; 1 if the task is no program; problems where methods were compared.
     pub legs: usize,
     /// Candidates evaluated.
     pub evaluations: u64,
     /// Planning time, s.
     pub planning_s: f64,
+    /// Which method did best, in words, where methods were compared.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub verdict: Option<String>,
 }
 
 impl From<&PlanResult> for ResultSummary {
     fn from(result: &PlanResult) -> Self {
-        let bounds = trajectories(result).map(|leg| leg.bound.as_ref().map(|bound| bound.lower));
-        let lower_bound = bounds.sum();
+        let bound = |result: &TrajectoryResult| result.bound.as_ref().map(|bound| bound.lower);
         match result {
             PlanResult::Trajectory(result) => Self {
-                duration: result.duration,
-                lawful: result.certificate.lawful,
-                worst_ratio: result.certificate.worst_ratio,
-                lower_bound,
+                duration: Some(result.duration),
+                lawful: Some(result.certificate.lawful),
+                worst_ratio: Some(result.certificate.worst_ratio),
+                lower_bound: bound(result),
                 legs: 1,
                 evaluations: result.evaluations,
                 planning_s: result.planning_s,
+                verdict: None,
             },
             PlanResult::Program(program) => Self {
-                duration: program.duration,
-                lawful: program.lawful,
-                worst_ratio: program.worst_ratio,
-                lower_bound,
+                duration: Some(program.duration),
+                lawful: Some(program.lawful),
+                worst_ratio: Some(program.worst_ratio),
+                lower_bound: program.legs.iter().map(|leg| bound(&leg.result)).sum(),
                 legs: program.legs.len(),
                 evaluations: program.evaluations,
                 planning_s: program.planning_s,
+                verdict: None,
+            },
+            PlanResult::Comparison(comparison) => Self {
+                duration: None,
+                lawful: None,
+                worst_ratio: None,
+                lower_bound: None,
+                legs: comparison.problems.len(),
+                evaluations: comparison.evaluations,
+                planning_s: comparison.planning_s,
+                verdict: Some(comparison.verdict.clone()),
             },
         }
     }
-}
-
-/// The trajectories of a result, leg by leg.
-fn trajectories(result: &PlanResult) -> impl Iterator<Item = &TrajectoryResult> {
-    let (single, legs) = match result {
-        PlanResult::Trajectory(result) => (Some(&**result), &[][..]),
-        PlanResult::Program(program) => (None, &program.legs[..]),
-    };
-    single.into_iter().chain(legs.iter().map(|leg| &leg.result))
 }
 
 impl Runner for PlanningRunner {

@@ -221,6 +221,46 @@ fn jobs() -> Vec<Case> {
     ]
 }
 
+fn comparisons() -> Vec<Case> {
+    let compared = |pointer: &str, value, names| {
+        invalid("/v1/jobs", with(comparison_job(), pointer, value), names)
+    };
+    let measured = |pointer: &str, value, names| {
+        invalid("/v1/jobs", with(benchmark_job(), pointer, value), names)
+    };
+    let mut homeless = comparison_job();
+    homeless.as_object_mut().unwrap().remove("robot");
+    vec![
+        invalid("/v1/jobs", homeless, &["/robot", "names no robot"]),
+        compared("/robot", json!("nobody"), &["/robot", "`nobody`"]),
+        compared("/task/methods", json!("pso"), &["/task/methods"]),
+        compared("/task/methods", json!([]), &["/task/methods", "0 methods"]),
+        compared(
+            "/task/methods/0",
+            json!({"label": "x"}),
+            &["/task/methods/0", "optimizer's name"],
+        ),
+        compared("/task/methods/0", json!("gp"), &["/task/methods/0/name", "known: aga"]),
+        compared("/task/methods/0", json!("cfpso"), &["/task/methods/1/label", "another one"]),
+        compared("/task/methods/1/population", json!(1e9), &["/task/methods/1/population"]),
+        compared("/task/methods/1/max_evaluations", json!(5), &["no other limit"]),
+        compared("/task/runs", json!(-1), &["/task/runs"]),
+        compared("/task/runs", json!(1001), &["/task/runs", "1001", "1000"]),
+        compared("/task/max_evaluations", json!(1e300), &["/task/max_evaluations"]),
+        compared("/task/success_tolerance", json!(2), &["/task/success_tolerance", "2"]),
+        compared("/task/problems", json!([{"name": "p"}]), &["/task/problems/0/task", "missing"]),
+        compared("/task/task/interpolation", json!("trapezoidal"), &["no search to compare"]),
+        compared("/task/task/optimizer", json!({"name": "ga"}), &["/task/task/optimizer"]),
+        compared("/task/task/waypoints/0/0", json!(1e12), &["/task/task/waypoints/0/0"]),
+        measured("/task/functions", json!(["f0"]), &["/task/functions/0", "`f0`"]),
+        measured("/task/dimension", json!(0), &["/task/dimension", "outside 1"]),
+        measured("/task/optimizers", json!(["exact"]), &["/task/optimizers/0", "scaling law"]),
+        measured("/task/iterations", json!(4_000_000_000u32), &["/task/iterations"]),
+        measured("/task/shifted", json!("yes"), &["/task/shifted"]),
+        measured("/task/runs", json!(null), &["/task/runs"]),
+    ]
+}
+
 fn programs() -> Vec<Case> {
     let leg = |pointer: &str, value, names| {
         invalid("/v1/jobs", with(program_job(), pointer, value), names)
@@ -230,7 +270,7 @@ fn programs() -> Vec<Case> {
         leg("/task/legs", json!([]), &["/task/legs", "0 legs"]),
         leg("/task/legs/1/name", json!("AB"), &["/task/legs/1/name", "`AB`"]),
         leg("/task/legs/1/name", json!(""), &["/task/legs/1/name", "1 to 64"]),
-        leg("/task/legs/1/task", program, &["/task/legs/1/task", "program again"]),
+        leg("/task/legs/1/task", program, &["/task/legs/1/task", "a program"]),
         leg(
             "/task/legs/1/task/waypoints/0",
             json!([2, 0.1]),
@@ -432,8 +472,16 @@ async fn bad_requests_are_refused_by_name() {
     count_panics();
     let server = Server::start().await;
     let job = server.succeeded(&quick_job()).await;
-    let cases =
-        [unreadable(), jobs(), programs(), robots(), verifications(), addresses(&job), oversized()];
+    let cases = [
+        unreadable(),
+        jobs(),
+        programs(),
+        comparisons(),
+        robots(),
+        verifications(),
+        addresses(&job),
+        oversized(),
+    ];
     let cases: Vec<Case> = cases.into_iter().flatten().collect();
     assert!(cases.len() >= 80);
     let mut wrong = Vec::new();

@@ -76,7 +76,7 @@ async fn a_job_is_created_watched_and_fetched() {
     assert_eq!((progress.iteration, progress.best, progress.mean), (1, Some(2.5), None));
     let Some(Kind::Finished(finished)) = &all[3].kind else { panic!("{:?}", all[3]) };
     assert_eq!(finished.state(), JobState::Succeeded);
-    assert_eq!(finished.summary.as_ref().unwrap().duration, 2.0);
+    assert_eq!(finished.summary.as_ref().unwrap().duration, Some(2.0));
     // Who comes late or again sees the same.
     assert_eq!(events(&mut client, &job.id, 2).await, all[2..]);
     assert_eq!(events(&mut client, &job.id, 99).await, []);

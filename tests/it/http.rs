@@ -321,6 +321,7 @@ async fn the_api_description_is_complete() {
         ("/v1/jobs/{id}/trajectory", "get"),
         ("/v1/jobs/{id}/convergence", "get"),
         ("/v1/jobs/{id}/plot.svg", "get"),
+        ("/v1/jobs/{id}/page", "get"),
         ("/v1/jobs/{id}/events", "get"),
         ("/v1/verify", "post"),
         ("/v1/robots", "get"),
@@ -343,7 +344,7 @@ async fn the_api_description_is_complete() {
     let job = api["components"]["schemas"]["JobRequest"].to_string();
     assert!(job.contains("priority") && job.contains("PlanRequest"), "{job}");
     // A task's `type` stands beside its members, which must not forbid it.
-    for composed in ["WaypointsTask", "Trajectory"] {
+    for composed in ["WaypointsTask", "BenchmarkTask", "Trajectory"] {
         assert_eq!(schemas[composed]["additionalProperties"], Value::Null, "{composed}");
     }
     assert_eq!(schemas["Joint"]["additionalProperties"], false);
@@ -357,7 +358,7 @@ async fn the_examples_in_the_api_description_work() {
     let server = Server::start().await;
     let api = server.json("/openapi.json").await;
     for (method, path, name, count) in [
-        (Method::POST, "/v1/jobs", "", 3),
+        (Method::POST, "/v1/jobs", "", 5),
         (Method::PUT, "/v1/robots/{name}", "gantry", 1),
         (Method::POST, "/v1/robots/{name}/fk", "ur5e", 1),
         (Method::POST, "/v1/verify", "", 1),

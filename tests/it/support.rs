@@ -50,6 +50,11 @@ impl Server {
         self.running.take().unwrap()
     }
 
+    /// Where both edges answer.
+    pub fn address(&self) -> &str {
+        &self.base
+    }
+
     pub fn request(&self, method: Method, path: &str) -> RequestBuilder {
         self.client.request(method, format!("{}{path}", self.base))
     }
@@ -183,5 +188,23 @@ pub fn program_job() -> Value {
             leg("AB", json!([[0, 0], [0.5, 0.2], [1, 0.1]])),
             leg("BC", json!([[1, 0.1], [0, 1]])),
         ]},
+    })
+}
+
+/// Two methods compared on a motion.
+pub fn comparison_job() -> Value {
+    let task = quick_job()["task"].take();
+    json!({
+        "robot": robot("pair"),
+        "task": {"type": "comparison", "task": task, "runs": 4, "max_evaluations": 300,
+            "methods": ["pso", {"name": "cfpso", "population": 30}, "exact"]},
+    })
+}
+
+/// Two methods compared on two functions.
+pub fn benchmark_job() -> Value {
+    json!({
+        "task": {"type": "benchmark", "functions": ["f1", "f7"], "dimension": 3, "iterations": 20,
+            "runs": 3, "optimizers": ["pso", "coa"]},
     })
 }

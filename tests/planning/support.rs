@@ -57,7 +57,7 @@ pub fn try_plan(request: Value) -> Result<TrajectoryResult, PlanError> {
     let plan = validate(&request, &catalogue::get).unwrap_or_else(|faults| panic!("{faults}"));
     match plan.run(&Budget::default(), &|_| {})? {
         PlanResult::Trajectory(result) => Ok(*result),
-        PlanResult::Program(_) => panic!("a program has several trajectories"),
+        _ => panic!("the task has not one trajectory"),
     }
 }
 

@@ -32,7 +32,7 @@ message_form!(Job {
 
 message_form!(JobPage as ListJobsResponse { jobs, next_page_token });
 
-message_form!(Progress { iteration, evaluations, elapsed_s, best, mean, lower_bound, leg });
+message_form!(Progress { iteration, evaluations, elapsed_s, best, mean, lower_bound, leg, method });
 
 message_form!(ResultSummary {
     duration,
@@ -42,6 +42,7 @@ message_form!(ResultSummary {
     legs,
     evaluations,
     planning_s,
+    verdict,
 });
 
 message_enum!(

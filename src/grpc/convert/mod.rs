@@ -88,6 +88,7 @@ mod job;
 mod request;
 mod result;
 mod robot;
+mod study;
 #[cfg(test)]
 mod tests;
 mod values;

@@ -10,7 +10,7 @@ use crate::plan::{
 };
 use crate::robot::RobotDescription;
 
-message_form!(PlanRequest { robot: Required, task: Required, seed, limits, limit_scale });
+message_form!(PlanRequest { robot, task: Required, seed, limits, limit_scale });
 
 message_form!(ProgramTask { legs });
 
@@ -65,6 +65,8 @@ impl MessageForm<proto::Task> for Task {
         let kind = match self {
             Self::Waypoints(task) => Kind::Waypoints(task.into_message()),
             Self::Program(task) => Kind::Program(task.into_message()),
+            Self::Comparison(task) => Kind::Comparison(task.into_message()),
+            Self::Benchmark(task) => Kind::Benchmark(task.into_message()),
         };
         proto::Task { kind: Some(kind) }
     }
@@ -79,8 +81,14 @@ impl MessageForm<proto::Task> for Task {
             Some(Kind::Program(task)) => {
                 Self::Program(MessageForm::from_message(task, place, faults))
             }
+            Some(Kind::Comparison(task)) => {
+                Self::Comparison(MessageForm::from_message(task, place, faults))
+            }
+            Some(Kind::Benchmark(task)) => {
+                Self::Benchmark(MessageForm::from_message(task, place, faults))
+            }
             None => {
-                place.fault(faults, "expected a task: waypoints or program");
+                place.fault(faults, "expected a task: waypoints, program, comparison or benchmark");
                 Self::Program(ProgramTask { legs: Vec::new() })
             }
         }

@@ -6,7 +6,8 @@ use crate::fault::Faults;
 use crate::grpc::proto;
 use crate::optimize::ConvergencePoint;
 use crate::plan::{
-    Binding, JointOptimum, LegResult, PlanMetrics, PlanResult, ProgramResult, TrajectoryResult,
+    Binding, ComparisonResult, JointOptimum, LegResult, PlanMetrics, PlanResult, ProgramResult,
+    TrajectoryResult,
 };
 use crate::trajectory::{
     Certificate, Clearance, JointCertificate, LowerBound, Peak, PositionRange, Trajectory,
@@ -109,6 +110,7 @@ impl MessageForm<proto::PlanResult> for PlanResult {
         let kind = match self {
             Self::Trajectory(result) => Kind::Trajectory(result.into_message()),
             Self::Program(result) => Kind::Program(result.into_message()),
+            Self::Comparison(result) => Kind::Comparison(result.into_message()),
         };
         proto::PlanResult { kind: Some(kind) }
     }
@@ -116,7 +118,7 @@ impl MessageForm<proto::PlanResult> for PlanResult {
     fn from_message(message: proto::PlanResult, place: Place<'_>, faults: &mut Faults) -> Self {
         use proto::plan_result::Kind;
         let kind = message.kind.unwrap_or_else(|| {
-            place.fault(faults, "expected a trajectory or a program");
+            place.fault(faults, "expected a trajectory, a program or a comparison");
             Kind::Program(proto::ProgramResult::default())
         });
         match kind {
@@ -126,6 +128,9 @@ impl MessageForm<proto::PlanResult> for PlanResult {
             }
             Kind::Program(result) => {
                 Self::Program(ProgramResult::from_message(result, place, faults))
+            }
+            Kind::Comparison(result) => {
+                Self::Comparison(ComparisonResult::from_message(result, place, faults))
             }
         }
     }

@@ -108,9 +108,54 @@ fn program_result() -> Value {
     })
 }
 
+fn comparison_task() -> Value {
+    json!({
+        "type": "comparison",
+        "problems": [{"name": "p", "robot": "ur5e", "limits": {"velocity": [1.0, null]},
+            "limit_scale": {"jerk": 0.5}, "task": waypoints_task()}],
+        "methods": ["pso", {"name": "ga", "label": "small", "population": 40}],
+        "runs": 12, "max_evaluations": 700, "success_tolerance": 0.01,
+    })
+}
+
+fn benchmark_task() -> Value {
+    json!({"type": "benchmark", "functions": ["f1", "f6"], "dimension": 5, "population": 20,
+        "iterations": 70, "runs": 4, "optimizers": [{"name": "ga", "elite": 1}], "shifted": true})
+}
+
+fn method_result() -> Value {
+    json!({
+        "label": "pso", "optimizer": "pso", "parameters": {"population": 50.0},
+        "runs": 12, "feasible_runs": 11, "best": 2.75, "mean": 3.25, "worst": 4.0,
+        "standard_deviation": 0.125, "lower_quartile": 3.0, "median": 3.125,
+        "upper_quartile": 3.5, "median_gap": 0.5, "success_rate": 0.75,
+        "evaluations_to_success":
+            {"lower_quartile": 100.0, "median": 150.0, "upper_quartile": 200.0},
+        "p_value": 0.0625, "evaluations": 8400, "seconds_per_evaluation": 1e-6,
+        "curve": [
+            {"evaluations": 1, "lower_quartile": null, "median": null, "upper_quartile": null},
+            {"evaluations": 700, "lower_quartile": 3.0, "median": 3.125, "upper_quartile": 3.5}],
+    })
+}
+
+fn comparison_result() -> Value {
+    let problem = json!({
+        "name": "p", "title": "4 waypoints", "robot": "arm", "unit": "s", "dimension": 2,
+        "optimum": {"value": 3.0, "position": [1.0, 2.0], "source": "exact"},
+        "lower_bound": 2.5, "best_known": 2.75, "best_method": "pso",
+        "best_run": {"method": "pso", "run": 3, "value": 2.75, "position": [1.0, 1.75]},
+        "methods": [method_result()],
+    });
+    json!({
+        "task": "comparison", "runs": 12, "max_evaluations": 700, "success_tolerance": 0.01,
+        "test": "U", "verdict": "pso did best", "problems": [problem],
+        "evaluations": 8600, "planning_s": 0.03, "seed": 7, "version": "0.1.0",
+    })
+}
+
 fn progress() -> Value {
     json!({"iteration": 3, "evaluations": 150, "elapsed_s": 0.1, "best": 5.5, "mean": 6.5,
-        "lower_bound": 5.0, "leg": "AB"})
+        "lower_bound": 5.0, "leg": "AB", "method": "pso"})
 }
 
 fn error() -> Value {
@@ -134,7 +179,7 @@ fn events() -> [Value; 3] {
         event
     };
     let summary = json!({"duration": 3.0, "lawful": true, "worst_ratio": 0.75, "lower_bound": 2.9,
-        "legs": 1, "evaluations": 100, "planning_s": 0.003});
+        "legs": 1, "evaluations": 100, "planning_s": 0.003, "verdict": "pso did best"});
     [
         event(1, "state", json!({"state": "running", "attempt": 1})),
         event(2, "progress", progress()),
@@ -163,6 +208,13 @@ fn requests_return_as_they_went() {
     assert_returns::<proto::PlanRequest, _>(request.plan);
     let named = json!({"robot": "ur5e", "task": waypoints_task()});
     assert_returns::<proto::PlanRequest, _>(PlanRequest::parse(named).unwrap());
+    for task in [comparison_task(), benchmark_task()] {
+        let request = PlanRequest::parse(json!({ "task": task })).unwrap();
+        assert_returns::<proto::PlanRequest, _>(request);
+    }
+    let single = json!({"type": "comparison", "task": waypoints_task(), "methods": ["pso"]});
+    let single = PlanRequest::parse(json!({"robot": "ur5e", "task": single})).unwrap();
+    assert_returns::<proto::PlanRequest, _>(single);
     assert_returns::<proto::Robot, RobotDescription>(parsed(robot()));
     let state = Some(JobState::Running);
     let labels = BTreeMap::from([("cell".to_owned(), "3".to_owned())]);
@@ -178,7 +230,7 @@ fn requests_return_as_they_went() {
 
 #[test]
 fn results_jobs_and_events_return_as_they_went() {
-    for result in [trajectory_result(), program_result()] {
+    for result in [trajectory_result(), program_result(), comparison_result()] {
         let result: PlanResult = parsed(result);
         assert_returns::<proto::PlanResult, _>(result.clone());
         assert_eq!(chunks::join(chunks::split(result.clone().into_message())), Ok(result));
@@ -332,6 +384,7 @@ const WITHOUT_JSON: &[(&str, &str)] = &[
     ("LimitOverride", "null, a number or a list in JSON"),
     ("DurationGoal", "JSON has one of its fields at a time"),
     ("OptimizerChoice", "JSON has the parameters beside the name"),
+    ("MethodChoice", "JSON has the parameters beside the name"),
 ];
 
 /// An object of the JSON form for every other message.
@@ -352,6 +405,11 @@ fn objects() -> BTreeMap<&'static str, Value> {
     let result: PlanResult = parsed(trajectory_result());
     let result = serde_json::to_value(result).unwrap();
     let program = serde_json::to_value(parsed::<PlanResult>(program_result())).unwrap();
+    let comparison = serde_json::to_value(parsed::<PlanResult>(comparison_result())).unwrap();
+    let task_of = |task: Value| {
+        let request = PlanRequest::parse(json!({ "task": task })).unwrap();
+        serde_json::to_value(request.task).unwrap()
+    };
     let job = serde_json::to_value(parsed::<Job>(job())).unwrap();
     let [state, progress, finished] = events();
     let without = |mut event: Value, members: &[&str]| {
@@ -383,6 +441,21 @@ fn objects() -> BTreeMap<&'static str, Value> {
         ("Progress", without(progress, &["seq", "time", "type"])),
         ("ResultSummary", finished["summary"].clone()),
         ("Finished", without(finished, &["seq", "time", "type"])),
+    ]);
+    let problem = &comparison["problems"][0];
+    let mut comparison_task = task_of(comparison_task());
+    comparison_task["task"] = json!(0);
+    objects.extend([
+        ("ComparisonTask", without(comparison_task.clone(), &["type"])),
+        ("ComparedProblem", comparison_task["problems"][0].clone()),
+        ("BenchmarkTask", without(task_of(benchmark_task()), &["type"])),
+        ("ComparisonResult", comparison.clone()),
+        ("ProblemResult", problem.clone()),
+        ("KnownOptimum", problem["optimum"].clone()),
+        ("BestRun", problem["best_run"].clone()),
+        ("MethodResult", problem["methods"][0].clone()),
+        ("EvaluationQuartiles", problem["methods"][0]["evaluations_to_success"].clone()),
+        ("CurvePoint", problem["methods"][0]["curve"][1].clone()),
     ]);
     objects.extend([
         ("ProgramResult", program.clone()),
@@ -445,6 +518,10 @@ mod chunked {
         assert_eq!(chunks.len(), 1);
         let chunks = chunks::split(parsed::<PlanResult>(program_result()).into_message());
         assert_eq!(chunks.len(), 3);
+        let result = parsed::<PlanResult>(comparison_result());
+        let chunks = chunks::split(result.clone().into_message());
+        assert_eq!(chunks.len(), 2);
+        assert_eq!(chunks::join(chunks), Ok(result));
     }
 
     #[test]
@@ -472,7 +549,11 @@ mod chunked {
         headless.remove(0);
         let mut twice = program();
         twice.extend(program());
-        for wrong in [headless, twice, Vec::new(), vec![proto::ResultChunk { part: None }]] {
+        let mut compared = chunks::split(parsed::<PlanResult>(comparison_result()).into_message());
+        compared.remove(0);
+        for wrong in
+            [headless, twice, compared, Vec::new(), vec![proto::ResultChunk { part: None }]]
+        {
             assert!(chunks::join(wrong).is_err());
         }
     }

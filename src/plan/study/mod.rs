@@ -1,0 +1,19 @@
+//! The tasks `comparison` and `benchmark`: methods compared over many seeded runs.
+
+mod prepare;
+mod request;
+mod result;
+mod row;
+mod run;
+mod trace;
+
+pub(super) use prepare::{PreparedStudy, prepare_benchmark, prepare_comparison};
+pub use request::{
+    BenchmarkTask, ComparedProblem, ComparisonTask, MAX_DIMENSION, MAX_METHODS, MAX_PROBLEMS,
+    MAX_RUNS, MethodChoice,
+};
+pub use result::{
+    BestRun, ComparisonResult, CurvePoint, EvaluationQuartiles, KnownOptimum, MethodResult,
+    ProblemResult,
+};
+pub(super) use run::run;
