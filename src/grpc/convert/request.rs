@@ -14,7 +14,7 @@ message_form!(PlanRequest { robot: Required, task: Required, seed, limits, limit
 
 message_form!(ProgramTask { legs });
 
-message_form!(Leg { name, task: Required });
+message_form!(Leg { name, note, task: Required });
 
 message_form!(OptimizerChoice { name, parameters });
 
