@@ -26,7 +26,8 @@ pub fn plan(
             let evaluations = evaluations + step.evaluations;
             progress(Progress { leg: Some(name.clone()), evaluations, ..step });
         };
-        match waypoints::plan(plan, task, seed, budget, &report) {
+        let hints = hints(&done, task.waypoints.len() - 1);
+        match waypoints::plan_from(plan, task, &hints, seed, budget, &report) {
             Ok(result) => {
                 evaluations += result.evaluations;
                 let duration = result.duration;
@@ -40,6 +41,13 @@ pub fn plan(
         }
     }
     Ok(assemble(plan, done, start, evaluations, budget))
+}
+
+/// Durations of the leg before, where it has as many segments: a cell repeats
+/// its motions, forth and back.
+fn hints(done: &[LegResult], segments: usize) -> Vec<Vec<f64>> {
+    let before = done.last().map(|leg| &leg.result.durations);
+    before.filter(|durations| durations.len() == segments).cloned().into_iter().collect()
 }
 
 fn assemble(
