@@ -91,7 +91,7 @@ pub(super) async fn scenario(
     params(
         ("name" = String, Path, example = "mcb-assembly", description = "The scenario's name"),
         (
-            "settings" = std::collections::BTreeMap<String, String>, Query, style = Form, explode,
+            "settings" = Option<std::collections::BTreeMap<String, String>>, Query, style = Form, explode,
             description = "The scenario's parameters, as ?part=yoke&posture=1",
         ),
     ),

@@ -133,7 +133,7 @@ impl Assembly {
             let mut note = rule.note.clone();
             if let (Some(width), Some(part)) = (held, part) {
                 match self.gripper(width) {
-                    Some(gripper) => note.push_str(&held_by(gripper, &part.name, width)),
+                    Some(gripper) => gripper.note(&part.name, width, &mut note),
                     None => faults.add(format!("/{PART}"), self.no_gripper(rule, part, width)),
                 }
             }
@@ -173,7 +173,15 @@ impl Assembly {
     }
 }
 
-fn held_by(gripper: &Gripper, part: &str, width: f64) -> String {
-    let [closed, open] = gripper.stroke_mm;
-    format!("; gripper {} ({closed}-{open} mm) holds {part} across {width} mm", gripper.name)
+impl Gripper {
+    /// Adds to `note` what the gripper holds.
+    fn note(&self, part: &str, width: f64, note: &mut String) {
+        let Self { name, stroke_mm: [closed, open] } = self;
+        if !note.is_empty() {
+            note.push_str("; ");
+        }
+        note.push_str(&format!(
+            "gripper {name} ({closed}-{open} mm) holds {part} across {width} mm"
+        ));
+    }
 }

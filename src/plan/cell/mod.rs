@@ -69,12 +69,17 @@ struct CellLeg {
 }
 
 impl CellLeg {
-    /// As a leg of a request; `shared` are the members that all tasks have.
+    /// The leg of a request; `shared` are the members that all tasks have.
     fn into_json(self, shared: &Map<String, Value>) -> Value {
         let mut task = Map::from_iter([("type".to_owned(), json!("waypoints"))]);
         task.extend(shared.clone());
         task.insert("waypoints".to_owned(), json!(self.waypoints));
-        json!({ "name": self.name, "note": self.note, "task": task })
+        let mut leg = Map::from_iter([("name".to_owned(), json!(self.name))]);
+        if !self.note.is_empty() {
+            leg.insert("note".to_owned(), json!(self.note));
+        }
+        leg.insert("task".to_owned(), Value::Object(task));
+        Value::Object(leg)
     }
 }
 

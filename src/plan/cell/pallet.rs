@@ -145,7 +145,7 @@ impl Pack {
         let most = self.layers();
         if layers > most {
             let detail = format!(
-                "packs of type {name} are {height} mm high and stacked in at most {most} layers, not {layers}"
+                "packs of type {name} are {height} mm high: at most {most} stand on each other, not {layers}"
             );
             faults.add(format!("/{LAYERS}"), detail);
         }

@@ -78,19 +78,18 @@ impl Parameter {
 
     /// Reads a value as it was given; says what is known if it is none.
     fn read(&self, given: &str) -> Result<String, String> {
-        let name = &self.name;
         match &self.values {
             Values::Choices(choices) => {
                 let found = choices.iter().find(|choice| choice.value == given);
                 found.map(|choice| choice.value.clone()).ok_or_else(|| {
-                    format!("`{given}` is no {name}; known: {}", self.all().join(", "))
+                    format!("`{given}` is unknown; known: {}", self.all().join(", "))
                 })
             }
             Values::Range { min, max } => {
                 let number = given.parse().ok().filter(|number| (*min..=*max).contains(number));
-                number.map(|number| number.to_string()).ok_or_else(|| {
-                    format!("`{given}` is no {name}; whole numbers from {min} to {max} are known")
-                })
+                number
+                    .map(|number| number.to_string())
+                    .ok_or_else(|| format!("`{given}` is no whole number from {min} to {max}"))
             }
         }
     }
