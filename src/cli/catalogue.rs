@@ -5,7 +5,8 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 
 use crate::optimize::{OPTIMIZERS, OptimizerEntry, OptimizerInfo, ParameterInfo};
-use crate::plan::scenarios;
+use crate::plan::cell::{Choice, Parameter, Values};
+use crate::plan::scenarios::{self, Scenario};
 use crate::robot::{Robot, catalogue};
 use crate::trajectory::interpolation::{INTERPOLATIONS, Interpolation, InterpolationInfo};
 
@@ -77,11 +78,16 @@ fn print_robots(robots: Vec<RobotLine>) -> Result<(), Failure> {
 pub(super) struct ScenarioOptions {
     /// Print this scenario's request as JSON, ready to be changed and planned
     name: Option<String>,
+    #[command(flatten)]
+    set: input::SetOptions,
 }
 
 /// Lists scenarios, or prints one's request.
 pub(super) fn scenarios(options: ScenarioOptions) -> Result<(), Failure> {
     let Some(name) = options.name else {
+        if let Some((parameter, _)) = options.set.settings.first() {
+            return Err(Failure::input(format!("name the scenario in which to set `{parameter}`")));
+        }
         let mut table = Table::new(["name", "title"]);
         for scenario in scenarios::all() {
             table.row([scenario.name.clone(), scenario.title.clone()]);
@@ -93,7 +99,28 @@ pub(super) fn scenarios(options: ScenarioOptions) -> Result<(), Failure> {
     let scenario =
         scenario.ok_or_else(|| input::unknown("there is no scenario", &name, names()))?;
     output::remark(&format!("{}\n{}", scenario.description, scenario.source));
-    output::print(&output::pretty(&scenario.request)?)
+    if !scenario.parameters.is_empty() {
+        output::remark(parameters(scenario).trim_end());
+    }
+    let request = input::select(scenario, &scenario.name, &options.set)?;
+    output::print(&output::pretty(&request)?)
+}
+
+/// What may be set in a scenario.
+fn parameters(scenario: &Scenario) -> String {
+    let mut text = String::from("Set with --set NAME=VALUE:\n");
+    for Parameter { name, description, default, values } in &scenario.parameters {
+        text.push_str(&format!("  {name} (default {default}): {description}\n"));
+        match values {
+            Values::Range { min, max } => text.push_str(&format!("    {min} to {max}\n")),
+            Values::Choices(choices) => {
+                for Choice { value, description } in choices {
+                    text.push_str(&format!("    {value}: {description}\n"));
+                }
+            }
+        }
+    }
+    text
 }
 
 /// Options of `takt methods`.

@@ -3,9 +3,10 @@
 use std::io::Read as _;
 use std::path::Path;
 
+use clap::Args;
 use serde_json::Value;
 
-use crate::plan::scenarios;
+use crate::plan::scenarios::{self, Scenario};
 
 use super::failure::Failure;
 
@@ -16,17 +17,28 @@ pub(super) struct Input {
     pub(super) value: Value,
 }
 
+/// What may be set where a scenario is named.
+#[derive(Debug, Default, Args)]
+pub(super) struct SetOptions {
+    /// Set a parameter of a scenario; may be given several times
+    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = pair)]
+    pub(super) settings: Vec<(String, String)>,
+}
+
+/// Reads `NAME=VALUE`.
+pub(super) fn pair(text: &str) -> Result<(String, String), String> {
+    let (name, value) = text.split_once('=').ok_or("expected NAME=VALUE")?;
+    Ok((name.to_owned(), value.to_owned()))
+}
+
 /// Reads the request that `source` names: `-` for standard input, a file, or a
-/// scenario, in this order.
-pub(super) fn request(source: &str) -> Result<Input, Failure> {
-    if source != "-"
-        && !Path::new(source).exists()
-        && let Some(scenario) = scenarios::get(source)
-    {
-        return Ok(Input { name: source.to_owned(), value: scenario.request.clone() });
-    }
+/// scenario, in this order. A scenario may also come as a file.
+pub(super) fn request(source: &str, set: &SetOptions) -> Result<Input, Failure> {
     if source == "-" || Path::new(source).exists() {
-        return document(source);
+        return selected(document(source)?, set);
+    }
+    if let Some(scenario) = scenarios::get(source) {
+        return Ok(Input { name: source.to_owned(), value: select(scenario, source, set)? });
     }
     let looks_like_a_file = source.contains(['/', '\\', '.']);
     if looks_like_a_file {
@@ -34,6 +46,33 @@ pub(super) fn request(source: &str) -> Result<Input, Failure> {
     }
     let names = scenarios::all().iter().map(|scenario| scenario.name.as_str());
     Err(unknown("there is no file and no scenario", source, names))
+}
+
+/// The request in a document, which may be a scenario.
+fn selected(document: Input, set: &SetOptions) -> Result<Input, Failure> {
+    let Input { name, value } = document;
+    if value.get("request").is_none() {
+        if let Some((parameter, _)) = set.settings.first() {
+            let message =
+                format!("{name} is a request, not a scenario: `{parameter}` cannot be set");
+            return Err(Failure::input(message));
+        }
+        return Ok(Input { name, value });
+    }
+    let invalid = |faults| Failure::faults(format!("{name} is no valid scenario"), &faults);
+    let scenario = Scenario::parse(value).map_err(invalid)?;
+    let value = select(&scenario, &name, set)?;
+    Ok(Input { name, value })
+}
+
+/// The scenario's request for what was set.
+pub(super) fn select(scenario: &Scenario, name: &str, set: &SetOptions) -> Result<Value, Failure> {
+    scenario.select(&set.settings).map_err(|mut faults| {
+        for fault in &mut faults.0 {
+            fault.pointer = fault.pointer.trim_start_matches('/').to_owned();
+        }
+        Failure::faults(format!("{name} cannot be set up"), &faults)
+    })
 }
 
 /// Reads the JSON document in a file, or on standard input for `-`.
@@ -139,7 +178,7 @@ mod tests {
 
     #[test]
     fn a_missing_file_is_not_taken_for_a_scenario() {
-        let failure = request("no/such/file.json").unwrap_err();
+        let failure = request("no/such/file.json", &SetOptions::default()).unwrap_err();
         assert_eq!(failure.text(), "error: there is no file `no/such/file.json`\n");
     }
 }

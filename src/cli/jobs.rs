@@ -20,6 +20,8 @@ pub(super) struct SubmitOptions {
     /// JSON file, name of a scenario, or - for standard input
     #[arg(value_name = "FILE|SCENARIO|-")]
     source: String,
+    #[command(flatten)]
+    set: input::SetOptions,
     /// Seed of the random streams, instead of the request's
     #[arg(long)]
     seed: Option<u64>,
@@ -32,7 +34,7 @@ pub(super) struct SubmitOptions {
 
 /// Sends a job and prints its id.
 pub(super) async fn submit(options: SubmitOptions) -> Result<(), Failure> {
-    let mut request = input::request(&options.source)?.value;
+    let mut request = input::request(&options.source, &options.set)?.value;
     if let (Some(seed), Value::Object(members)) = (options.seed, &mut request) {
         members.insert("seed".to_owned(), seed.into());
     }
@@ -75,7 +77,7 @@ pub(super) struct ListOptions {
     #[arg(long)]
     state: Option<JobState>,
     /// Only jobs with this label; may be given several times
-    #[arg(long = "label", value_name = "KEY=VALUE", value_parser = label)]
+    #[arg(long = "label", value_name = "KEY=VALUE", value_parser = input::pair)]
     labels: Vec<(String, String)>,
     /// At most this many jobs, 1 to 500
     #[arg(long, default_value_t = 50)]
@@ -85,11 +87,6 @@ pub(super) struct ListOptions {
     json: bool,
     #[command(flatten)]
     server: Server,
-}
-
-fn label(text: &str) -> Result<(String, String), String> {
-    let (key, value) = text.split_once('=').ok_or("expected KEY=VALUE")?;
-    Ok((key.to_owned(), value.to_owned()))
 }
 
 /// Lists jobs, newest first.
@@ -184,8 +181,8 @@ mod tests {
 
     #[test]
     fn labels_are_split_at_the_first_equals_sign() {
-        assert_eq!(label("cell=A=3").unwrap(), ("cell".into(), "A=3".into()));
-        assert!(label("cell").is_err());
+        assert_eq!(input::pair("cell=A=3").unwrap(), ("cell".into(), "A=3".into()));
+        assert!(input::pair("cell").is_err());
     }
 
     #[test]

@@ -24,6 +24,8 @@ pub(super) struct PlanOptions {
     /// JSON file, name of a scenario, or - for standard input
     #[arg(value_name = "FILE|SCENARIO|-")]
     source: String,
+    #[command(flatten)]
+    set: input::SetOptions,
     /// Write the result here instead of to standard output
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -37,7 +39,7 @@ pub(super) struct PlanOptions {
 
 /// Plans and prints the result as JSON. Ctrl-C ends the search.
 pub(super) async fn plan(options: PlanOptions) -> Result<(), Failure> {
-    let request = input::request(&options.source)?;
+    let request = input::request(&options.source, &options.set)?;
     let invalid = |faults| Failure::faults(format!("{} cannot be planned", request.name), &faults);
     // What can be submitted can be planned here: the job's own settings are
     // read and have no effect.
@@ -123,7 +125,10 @@ fn summary(result: &PlanResult) -> String {
     match result {
         PlanResult::Trajectory(result) => line(&result.robot, result),
         PlanResult::Program(program) => {
-            let legs = program.legs.iter().map(|leg| line(&leg.name, &leg.result));
+            let legs = program.legs.iter().map(|leg| {
+                let note = leg.note.iter().map(|note| format!("  {note}\n"));
+                line(&leg.name, &leg.result) + &note.collect::<String>()
+            });
             format!("{}together {:.4} s\n", legs.collect::<String>(), program.duration)
         }
         PlanResult::Comparison(comparison) => comparison::summary(comparison),

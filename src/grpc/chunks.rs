@@ -34,9 +34,9 @@ pub fn split(result: PlanResult) -> Vec<ResultChunk> {
         Some(Kind::Program(mut program)) => {
             let legs = mem::take(&mut program.legs);
             send(Part::Program(program));
-            for LegResult { name, start, result } in legs {
+            for LegResult { name, note, start, result } in legs {
                 let mut parts = split_trajectory(result.unwrap_or_default()).into_iter();
-                send(Part::Leg(LegResult { name, start, result: parts.next() }));
+                send(Part::Leg(LegResult { name, note, start, result: parts.next() }));
                 parts.for_each(|part| send(Part::Trajectory(part)));
             }
         }

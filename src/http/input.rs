@@ -187,6 +187,11 @@ impl Parameters {
         matching.map(|(name, value)| (name[prefix.len()..].to_owned(), value)).collect()
     }
 
+    /// All that is given, where the names are data.
+    pub(super) fn all(mut self) -> Vec<(String, String)> {
+        std::mem::take(&mut self.given)
+    }
+
     /// Notes what is wrong with `name`.
     pub(super) fn fault(&mut self, name: &str, detail: impl Into<String>) {
         self.faults.push(ProblemFault::parameter(name, detail));

@@ -8,8 +8,9 @@ use utoipa::ToSchema;
 
 use super::Edge;
 use super::examples;
-use super::input::{JsonBody, NamePath, NoParameters};
-use super::problem::{Problem, Problems};
+use super::input::{JsonBody, NamePath, NoParameters, Parameters};
+use super::problem::{Problem, ProblemFault, Problems};
+use crate::fault::Fault;
 use crate::optimize::OptimizerInfo;
 use crate::plan::scenarios::Scenario;
 use crate::plan::verify::VerifyRequest;
@@ -82,17 +83,32 @@ pub(super) async fn scenario(
 }
 
 /// Get a scenario's request, ready to be sent to /v1/jobs
+///
+/// The scenario's parameters are query parameters; those left out have their
+/// defaults.
 #[utoipa::path(
     get, path = "/v1/scenarios/{name}/request", tag = "methods",
-    params(("name" = String, Path, example = "mcb-ab", description = "The scenario's name")),
+    params(
+        ("name" = String, Path, example = "mcb-assembly", description = "The scenario's name"),
+        (
+            "settings" = Option<std::collections::BTreeMap<String, String>>, Query, style = Form, explode,
+            description = "The scenario's parameters, as ?part=yoke&posture=1",
+        ),
+    ),
     responses((status = 200, description = "The request", body = crate::plan::PlanRequest), Problems),
 )]
 pub(super) async fn scenario_request(
     State(edge): State<Edge>,
     NamePath(name): NamePath,
-    _: NoParameters,
+    parameters: Parameters,
 ) -> Result<Response, Problem> {
-    Ok(Json(&find(&edge, &name)?.request).into_response())
+    let request = find(&edge, &name)?.select(&parameters.all()).map_err(|faults| {
+        let fault = |Fault { pointer, detail }: Fault| {
+            ProblemFault::parameter(pointer.trim_start_matches('/'), detail)
+        };
+        Problem::parameters(faults.0.into_iter().map(fault).collect())
+    })?;
+    Ok(Json(request).into_response())
 }
 
 fn find(edge: &Edge, name: &str) -> Result<&'static Scenario, Problem> {

@@ -13,7 +13,8 @@
 //! without it the search stops on the floor of a curved valley. Starts are the
 //! objective's own and the best of a fixed random sample, so the method is
 //! deterministic: the seed changes nothing. No proof says that the best valley
-//! was among them.
+//! was among them. While the stand-in is blunt most searches end in one place;
+//! those that do are not taken any further.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -65,6 +66,10 @@ const FINE: [f64; 3] = [2e4, 2e5, 2e6];
 /// Coarse values this near the best may turn out best, relative.
 const NEAR: f64 = 3e-3;
 
+/// Searches that are this near in `y`, but for a common multiple, after the
+/// first sharpness take the same way from there.
+const MET: f64 = 1e-3;
+
 /// Coarse results nearer than this in `y` are the same valley.
 const SAME: f64 = 2e-2;
 
@@ -84,10 +89,14 @@ const SAMPLES: usize = 96;
 
 struct Exact {
     objective_starts: Vec<Vec<f64>>,
+    /// Searched from in addition, last.
+    hints: Vec<Vec<f64>>,
     searches: usize,
     tolerance: f64,
     /// Starts in `y`, the best last; filled by the first step.
     starts: Vec<DVector<f64>>,
+    /// Where searches stood after the first sharpness.
+    met: Vec<DVector<f64>>,
     /// Coarse results and their `ln F`.
     valleys: Vec<(f64, Valley)>,
     memory: Memory,
@@ -140,9 +149,11 @@ impl Exact {
     fn new(settings: &Settings, objective: &dyn Objective) -> Self {
         Self {
             objective_starts: objective.starts(),
+            hints: objective.hints().to_vec(),
             searches: settings.integer("iterations").max(1) as usize,
             tolerance: settings.get("tolerance"),
             starts: Vec::new(),
+            met: Vec::new(),
             valleys: Vec::new(),
             memory: Memory::default(),
         }
@@ -170,25 +181,51 @@ impl Exact {
         self.starts = ranked.into_iter().map(|(_, y)| y).take(self.searches).collect();
         self.starts.reverse();
     }
+
+    /// Searches coarsely from `y`, as far as no other search did so.
+    fn search(&mut self, evaluator: &mut Evaluator<'_>, y: DVector<f64>) {
+        let mut valley = Valley::new(y);
+        for sharpness in COARSE {
+            self.memory.descend(evaluator, &mut valley, sharpness, self.tolerance);
+            if sharpness == COARSE[0] && !self.is_new(&valley.y) {
+                return;
+            }
+        }
+        let known = self.valleys.iter().any(|(_, other)| (&other.y - &valley.y).amax() < SAME);
+        if let (false, Some(sample)) = (known, self.memory.sample(evaluator, &valley.y, 0.0)) {
+            self.valleys.push((sample.value(), valley));
+        }
+    }
+
+    /// False if another search stood at `y` after the first sharpness.
+    fn is_new(&mut self, y: &DVector<f64>) -> bool {
+        let apart = |other: &DVector<f64>| {
+            let difference = other - y;
+            let multiple = difference.mean();
+            difference.iter().fold(0.0f64, |apart, d| apart.max((d - multiple).abs()))
+        };
+        let new = self.met.iter().all(|other| apart(other) >= MET);
+        if new {
+            self.met.push(y.clone());
+        }
+        new
+    }
 }
 
 impl Optimizer for Exact {
-    /// Every step searches coarsely from one start; the last one goes on from
-    /// the best valleys.
+    /// Every step searches coarsely from one start; the last one from the hints,
+    /// which add to the search and change nothing else, and goes on from the
+    /// best valleys.
     fn step(&mut self, evaluator: &mut Evaluator<'_>) -> Step {
         if self.starts.is_empty() && self.valleys.is_empty() {
             self.choose_starts(evaluator);
         }
         if let Some(y) = self.starts.pop() {
-            let mut valley = Valley::new(y);
-            for sharpness in COARSE {
-                self.memory.descend(evaluator, &mut valley, sharpness, self.tolerance);
-            }
-            let known = self.valleys.iter().any(|(_, other)| (&other.y - &valley.y).amax() < SAME);
-            if let (false, Some(sample)) = (known, self.memory.sample(evaluator, &valley.y, 0.0)) {
-                self.valleys.push((sample.value(), valley));
-            }
+            self.search(evaluator, y);
             return Step { mean: None, converged: false };
+        }
+        for hint in std::mem::take(&mut self.hints) {
+            self.search(evaluator, logarithms(&hint));
         }
         let best = self.valleys.iter().map(|(value, _)| *value).fold(f64::INFINITY, f64::min);
         for (_, valley) in self.valleys.iter_mut().filter(|(value, _)| *value <= best + NEAR) {

@@ -52,6 +52,12 @@ pub trait Objective: Sync {
         Vec::new()
     }
 
+    /// Optima of similar problems, worth starting from in addition; may be
+    /// empty.
+    fn hints(&self) -> &[Vec<f64>] {
+        &[]
+    }
+
     /// True if [`Candidate::homogeneous`] is offered.
     fn is_homogeneous(&self) -> bool {
         false

@@ -1,5 +1,6 @@
 //! From a `PlanRequest` to a `PlanResult`: synchronous, without I/O.
 
+pub mod cell;
 mod error;
 mod limits;
 mod prepare;

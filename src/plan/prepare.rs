@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 use std::sync::Arc;
 
-use super::prepared::{LEAST_WAY, PreparedPlan, PreparedTask, PreparedWaypoints};
+use super::prepared::{LEAST_WAY, PreparedLeg, PreparedPlan, PreparedTask, PreparedWaypoints};
 use super::request::{
     Clock, Constraints, DurationGoal, DurationRange, PlanRequest, ProgramTask, RobotRef, Task,
     WaypointsTask,
@@ -20,6 +20,9 @@ pub const MAX_WAYPOINTS: usize = 500;
 
 /// Most legs of a program.
 pub const MAX_LEGS: usize = 100;
+
+/// Most characters of a leg's note.
+const MAX_NOTE: usize = 200;
 
 /// Largest position taken, rad or m: beyond it, rounding alone is a visible motion.
 const LARGEST_POSITION: f64 = 1e9;
@@ -316,11 +319,7 @@ impl Check<'_> {
         }
     }
 
-    fn program(
-        &self,
-        task: &ProgramTask,
-        faults: &mut Faults,
-    ) -> Option<Vec<(String, PreparedWaypoints)>> {
+    fn program(&self, task: &ProgramTask, faults: &mut Faults) -> Option<Vec<PreparedLeg>> {
         let count = task.legs.len();
         if count == 0 || count > MAX_LEGS {
             faults.add("/task/legs", format!("{count} legs; 1 to {MAX_LEGS} are taken"));
@@ -337,8 +336,13 @@ impl Check<'_> {
                 faults
                     .add(format!("{place}/name"), format!("another leg is called `{}`", leg.name));
             }
-            if let Some(prepared) = self.waypoints(&leg.task, &format!("{place}/task"), faults) {
-                legs.push((leg.name.clone(), prepared));
+            let length = leg.note.as_ref().map_or(0, |note| note.chars().count());
+            if length > MAX_NOTE {
+                let detail = format!("{length} characters; a note has at most {MAX_NOTE}");
+                faults.add(format!("{place}/note"), detail);
+            }
+            if let Some(task) = self.waypoints(&leg.task, &format!("{place}/task"), faults) {
+                legs.push(PreparedLeg { name: leg.name.clone(), note: leg.note.clone(), task });
             }
             if index > 0 {
                 self.connection(&task.legs[index - 1], leg, &place, faults);

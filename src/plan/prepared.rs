@@ -63,8 +63,15 @@ pub struct PreparedPlan {
 
 pub(super) enum PreparedTask {
     Waypoints(PreparedWaypoints),
-    Program(Vec<(String, PreparedWaypoints)>),
+    Program(Vec<PreparedLeg>),
     Study(PreparedStudy),
+}
+
+/// A valid leg of a program.
+pub(super) struct PreparedLeg {
+    pub name: String,
+    pub note: Option<String>,
+    pub task: PreparedWaypoints,
 }
 
 /// A valid `waypoints` task.
@@ -121,7 +128,7 @@ impl PreparedPlan {
     fn tasks(&self) -> impl Iterator<Item = &PreparedWaypoints> {
         let (one, many) = match &self.task {
             PreparedTask::Waypoints(task) => (Some(task), None),
-            PreparedTask::Program(legs) => (None, Some(legs.iter().map(|(_, task)| task))),
+            PreparedTask::Program(legs) => (None, Some(legs.iter().map(|leg| &leg.task))),
             PreparedTask::Study(_) => (None, None),
         };
         one.into_iter().chain(many.into_iter().flatten())

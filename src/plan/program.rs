@@ -3,7 +3,7 @@
 use std::cell::Cell;
 
 use super::error::PlanError;
-use super::prepared::{PreparedPlan, PreparedWaypoints, Progress};
+use super::prepared::{PreparedLeg, PreparedPlan, Progress};
 use super::result::{LegResult, PlanResult, ProgramResult};
 use super::waypoints;
 use crate::budget::Budget;
@@ -12,13 +12,13 @@ use crate::math::random::derive_seed;
 /// Plans every leg; fails with the first that fails.
 pub fn plan(
     plan: &PreparedPlan,
-    legs: &[(String, PreparedWaypoints)],
+    legs: &[PreparedLeg],
     budget: &Budget,
     progress: &dyn Fn(Progress),
 ) -> Result<PlanResult, PlanError> {
     let mut done: Vec<LegResult> = Vec::with_capacity(legs.len());
     let (mut start, mut evaluations) = (0.0, 0);
-    for (index, (name, task)) in legs.iter().enumerate() {
+    for (index, PreparedLeg { name, note, task }) in legs.iter().enumerate() {
         let seed = derive_seed(plan.seed, index as u64);
         let latest = Cell::new(0);
         let report = |step: Progress| {
@@ -26,11 +26,12 @@ pub fn plan(
             let evaluations = evaluations + step.evaluations;
             progress(Progress { leg: Some(name.clone()), evaluations, ..step });
         };
-        match waypoints::plan(plan, task, seed, budget, &report) {
+        let hints = hints(&done, task.waypoints.len() - 1);
+        match waypoints::plan_from(plan, task, &hints, seed, budget, &report) {
             Ok(result) => {
                 evaluations += result.evaluations;
                 let duration = result.duration;
-                done.push(LegResult { name: name.clone(), start, result });
+                done.push(LegResult { name: name.clone(), note: note.clone(), start, result });
                 start += duration;
             }
             Err(error) => {
@@ -40,6 +41,13 @@ pub fn plan(
         }
     }
     Ok(assemble(plan, done, start, evaluations, budget))
+}
+
+/// Durations of the leg before, where it has as many segments: a cell repeats
+/// its motions, forth and back.
+fn hints(done: &[LegResult], segments: usize) -> Vec<Vec<f64>> {
+    let before = done.last().map(|leg| &leg.result.durations);
+    before.filter(|durations| durations.len() == segments).cloned().into_iter().collect()
 }
 
 fn assemble(

@@ -106,6 +106,11 @@ pub struct ProgramTask {
 pub struct Leg {
     /// Name, unique within the program.
     pub name: String,
+    /// Free text for whoever carries out the result, such as the gripper to
+    /// use; at most 200 characters.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(max_length = 200)]
+    pub note: Option<String>,
     /// What to plan; not a program again.
     #[serde(serialize_with = "LegTask::serialize_waypoints")]
     #[schema(value_type = LegTask)]
@@ -436,15 +441,17 @@ impl ProgramTask {
         #[serde(deny_unknown_fields)]
         struct RawLeg {
             name: String,
+            #[serde(default)]
+            note: Option<String>,
             task: Value,
         }
         let raw: Raw = read(value, pointer, faults)?;
         let mut legs = Vec::with_capacity(raw.legs.len());
         let count = raw.legs.len();
-        for (index, RawLeg { name, task }) in raw.legs.into_iter().enumerate() {
+        for (index, RawLeg { name, note, task }) in raw.legs.into_iter().enumerate() {
             let place = format!("{pointer}/legs/{index}/task");
             match Task::parse(task, &place, faults) {
-                Some(Task::Waypoints(task)) => legs.push(Leg { name, task }),
+                Some(Task::Waypoints(task)) => legs.push(Leg { name, note, task }),
                 Some(other) => {
                     faults.add(
                         place,

@@ -140,6 +140,9 @@ pub struct ProgramResult {
 pub struct LegResult {
     /// The leg's name.
     pub name: String,
+    /// The note that came with the leg.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub note: Option<String>,
     /// When it starts within the program, s.
     pub start: f64,
     /// Its result.

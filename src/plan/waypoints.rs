@@ -35,7 +35,20 @@ pub fn plan(
     budget: &Budget,
     progress: &dyn Fn(Progress),
 ) -> Result<TrajectoryResult, PlanError> {
-    let run = Run { task, limits: &plan.limits, seed, budget, progress };
+    plan_from(plan, task, &[], seed, budget, progress)
+}
+
+/// Plans one waypoint task, starting also from `hints`: durations that were
+/// best for similar waypoints.
+pub fn plan_from(
+    plan: &PreparedPlan,
+    task: &PreparedWaypoints,
+    hints: &[Vec<f64>],
+    seed: u64,
+    budget: &Budget,
+    progress: &dyn Fn(Progress),
+) -> Result<TrajectoryResult, PlanError> {
+    let run = Run { task, limits: &plan.limits, hints, seed, budget, progress };
     let stopped = || budget.stop_reason(0).and_then(PlanError::stopped);
     let timed = match &task.interpolation.timing {
         Timing::Search(kernel) => run.search(*kernel)?,
@@ -89,6 +102,7 @@ pub(super) fn pose(
 struct Run<'a> {
     task: &'a PreparedWaypoints,
     limits: &'a [JointBounds],
+    hints: &'a [Vec<f64>],
     seed: u64,
     budget: &'a Budget,
     progress: &'a dyn Fn(Progress),
@@ -158,7 +172,7 @@ impl Run<'_> {
 
     fn search(&self, kernel: &'static dyn Kernel) -> Result<Timed, PlanError> {
         let all: Vec<usize> = (0..self.limits.len()).collect();
-        let problem = self.problem(kernel, &all);
+        let problem = self.problem(kernel, &all).with_hints(self.hints);
         let natural = problem.natural();
         let initial_duration = problem.scale(natural) * natural.iter().sum::<f64>();
         let budget = self.search_budget();

@@ -33,6 +33,8 @@ pub struct TimingProblem {
     natural: Vec<f64>,
     /// Scale of position excess, rad or m.
     extent: f64,
+    /// Durations that were best for similar waypoints.
+    hints: Vec<Vec<f64>>,
 }
 
 /// Sweeps of [`Handling::RepairSegment`] before it scales uniformly.
@@ -65,7 +67,23 @@ impl TimingProblem {
         };
         let extent = waypoints.iter().flatten().fold(0.0f64, |extent, x| extent.max(x.abs()));
         let joints = JointLanes::new(waypoints, limits);
-        Self { kernel, joints, handling, bounds, range, natural, extent: extent.max(1e-3) }
+        Self {
+            kernel,
+            joints,
+            handling,
+            bounds,
+            range,
+            natural,
+            extent: extent.max(1e-3),
+            hints: Vec::new(),
+        }
+    }
+
+    /// The same problem with `hints`: durations that were best for similar
+    /// waypoints, one per segment.
+    #[must_use]
+    pub fn with_hints(self, hints: &[Vec<f64>]) -> Self {
+        Self { hints: hints.to_vec(), ..self }
     }
 
     /// The durations a candidate stands for, repaired as its fitness assumed.
@@ -137,6 +155,10 @@ impl Objective for TimingProblem {
 
     fn starts(&self) -> Vec<Vec<f64>> {
         vec![self.natural.clone(), self.natural.iter().map(|t| t.sqrt()).collect()]
+    }
+
+    fn hints(&self) -> &[Vec<f64>] {
+        &self.hints
     }
 
     fn is_homogeneous(&self) -> bool {

@@ -2,6 +2,7 @@
 #![expect(clippy::unwrap_used, clippy::panic, reason = "a test that cannot go on has failed")]
 
 mod bad_requests;
+mod cells;
 mod comparisons;
 mod grpc;
 mod grpc_support;

@@ -14,7 +14,7 @@ message_form!(PlanRequest { robot, task: Required, seed, limits, limit_scale });
 
 message_form!(ProgramTask { legs });
 
-message_form!(Leg { name, task: Required });
+message_form!(Leg { name, note, task: Required });
 
 message_form!(OptimizerChoice { name, parameters });
 

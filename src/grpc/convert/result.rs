@@ -51,7 +51,7 @@ message_form!(ProgramResult {
     version,
 });
 
-message_form!(LegResult { name, start, result: Required });
+message_form!(LegResult { name, note, start, result: Required });
 
 message_form!(PlanMetrics {
     initial_duration,

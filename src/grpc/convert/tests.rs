@@ -54,7 +54,7 @@ fn job_request() -> Value {
     json!({
         "robot": robot(),
         "task": {"type": "program", "legs": [
-            {"name": "AB", "task": waypoints_task()}, {"name": "BC", "task": leg}]},
+            {"name": "AB", "note": "gripper 3", "task": waypoints_task()}, {"name": "BC", "task": leg}]},
         "seed": 7,
         "limits": {"lower": [null, -1.0, -1.0], "upper": 2.0, "velocity": 3.0,
             "acceleration": [1.0, 2.0, 3.0], "jerk": null},
@@ -102,7 +102,7 @@ pub(crate) fn trajectory_result() -> Value {
 fn program_result() -> Value {
     json!({
         "robot": "arm", "joint_names": ["j1", "j2"], "duration": 6.0, "lawful": true, "worst_ratio": 0.75,
-        "legs": [{"name": "AB", "start": 0.0, "result": trajectory_result()},
+        "legs": [{"name": "AB", "note": "gripper 3", "start": 0.0, "result": trajectory_result()},
             {"name": "BC", "start": 3.0, "result": trajectory_result()}],
         "evaluations": 200, "planning_s": 0.006, "seed": 7, "version": "0.1.0",
     })
