@@ -5,8 +5,11 @@
 mod entry;
 mod evaluator;
 mod exact;
+pub mod front;
 mod improved_pso;
+mod interior;
 mod minimize;
+pub mod nsga2;
 mod pso;
 mod pso_linear;
 mod registry;
@@ -37,6 +40,11 @@ pub trait Objective: Sync {
     fn is_homogeneous(&self) -> bool {
         false
     }
+
+    /// True if [`Candidate::constrained`] and [`Candidate::scale`] are offered.
+    fn is_constrained(&self) -> bool {
+        false
+    }
 }
 
 /// Evaluates candidates in one thread.
@@ -55,6 +63,21 @@ pub trait Candidate: Send {
     fn homogeneous(&mut self, _position: &[f64], ratios: &mut Ratios) -> f64 {
         ratios.iter_mut().for_each(Vec::clear);
         f64::INFINITY
+    }
+
+    /// For problems `minimise f(x) subject to g_k(x) <= 1` over positive `x`
+    /// with a positive `f`, all of them smooth but for kinks: writes the `g_k`
+    /// and returns `f`.
+    ///
+    /// Only called where [`Objective::is_constrained`].
+    fn constrained(&mut self, _position: &[f64], constraints: &mut Vec<f64>) -> f64 {
+        constraints.clear();
+        f64::INFINITY
+    }
+
+    /// The multiple of a candidate that its fitness speaks of.
+    fn scale(&mut self, _position: &[f64]) -> f64 {
+        1.0
     }
 }
 
