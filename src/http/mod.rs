@@ -109,6 +109,7 @@ fn described_routes() -> OpenApiRouter<Edge> {
         .routes(routes!(results::trajectory))
         .routes(routes!(results::convergence))
         .routes(routes!(results::plot))
+        .routes(routes!(results::pareto))
         .routes(routes!(registry::verify))
         .routes(routes!(robots::list))
         .routes(routes!(robots::get, robots::put, robots::delete))

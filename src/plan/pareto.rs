@@ -149,7 +149,7 @@ impl Search<'_> {
         let starts = [self.fastest, self.problem.natural()].map(|start| problem.encode(start));
         let mut report = |generation, evaluations| {
             let evaluations = solution.evaluations + evaluations;
-            self.report(generation, &Solution { evaluations, ..solution.clone() });
+            self.report(generation + 1, &Solution { evaluations, ..solution.clone() });
         };
         let budget = self.rest(solution);
         let found = nsga2(&mut problem, &settings, &starts, &budget, &mut report);

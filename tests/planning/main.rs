@@ -9,6 +9,7 @@ mod golden;
 mod honesty;
 mod kernel;
 mod limits;
+mod objectives;
 mod optimizers;
 mod snapshots;
 mod support;
