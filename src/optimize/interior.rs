@@ -225,7 +225,7 @@ impl Memory {
             valley.learn(&model, m);
             let step = valley.step(evaluator, &model, m)?;
             let promised = -step.dot(&model.total);
-            if !(promised > 1e-3 * m) {
+            if promised <= 1e-3 * m || promised.is_nan() {
                 return Some(());
             }
             match self.shorten(evaluator, &valley.y, &here, step, m)? {
@@ -244,7 +244,6 @@ impl Memory {
 
     /// The longest of `step`, its half, its quarter, ... that leads down within
     /// the constraints.
-    #[expect(clippy::type_complexity, reason = "ended, nothing found, or where to go")]
     fn shorten(
         &mut self,
         evaluator: &mut Evaluator<'_>,

@@ -15,7 +15,7 @@ const RIGHT: f64 = WIDTH - 66.0;
 const PLOT_HEIGHT: f64 = 300.0;
 
 /// Space between two charts, for the labels of the upper one.
-const BETWEEN: f64 = 60.0;
+const BETWEEN: f64 = 80.0;
 
 /// Points of the curve of the stretched fastest motion.
 const CURVE_POINTS: usize = 100;
@@ -29,7 +29,7 @@ pub fn pareto(sections: &[Section<'_>]) -> String {
     let top = 48.0 + legend.height() + 26.0;
     let each = PLOT_HEIGHT + BETWEEN;
     draw(WIDTH, top + each * fronts.len().max(1) as f64, "front of motions", |canvas| {
-        canvas.text("Fast or gentle", (LEFT, 20.0), Align::Left, TextLook::TITLE);
+        canvas.text("Pareto front", (LEFT, 20.0), Align::Left, TextLook::TITLE);
         legend.draw(canvas, 30.0);
         for (index, panel) in fronts.iter().enumerate() {
             panel.draw(canvas, top + each * index as f64);
@@ -152,10 +152,10 @@ impl<'a> Panel<'a> {
         chart.canvas.dot(at, 4.5, palette::series(1));
         let text = format!("{} s, {} {}", figure(time), figure(value), self.unit);
         let look = TextLook { colour: palette::series(1), ..TextLook::NORMAL };
-        // Towards the middle, where there is room.
+        // Towards the middle, where there is room: fronts fall, so this is beside them.
         let middle = 0.5 * (chart.frame.left + chart.frame.right);
         let (aside, align) =
-            if at.0 < middle { (10.0, Align::Left) } else { (-10.0, Align::Right) };
-        chart.canvas.text(&text, (at.0 + aside, at.1 - 9.0), align, look);
+            if at.0 < middle { (12.0, Align::Left) } else { (-12.0, Align::Right) };
+        chart.canvas.text(&text, (at.0 + aside, at.1), align, look);
     }
 }

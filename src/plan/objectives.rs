@@ -57,7 +57,8 @@ pub struct ParetoRequest {
     #[serde(default)]
     pub method: ParetoMethod,
     /// Longest motions considered, as a multiple of the fastest: above 1 to 10,
-    /// default 2.
+    /// default 1.5. From where the gentlest proportions are within the limits,
+    /// longer motions are these, stretched.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_stretch: Option<f64>,
     /// With `nsga2`, candidates per generation: 8 to 400, default 100.
@@ -91,7 +92,7 @@ impl ParetoRequest {
 
     /// Longest motions considered, as a multiple of the fastest.
     pub fn max_stretch(&self) -> f64 {
-        self.max_stretch.unwrap_or(2.0)
+        self.max_stretch.unwrap_or(1.5)
     }
 
     /// Candidates per generation of `nsga2`.

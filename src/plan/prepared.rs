@@ -75,7 +75,7 @@ pub(super) struct PreparedWaypoints {
     pub range: Option<DurationRange>,
     pub goal: Option<DurationGoal>,
     pub weights: ObjectiveWeights,
-    pub pareto: Option<ParetoRequest>,
+    pub pareto: Option<Box<ParetoRequest>>,
     /// Durations that leave nothing to search.
     pub fixed: Option<Vec<f64>>,
 }

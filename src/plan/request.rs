@@ -86,7 +86,7 @@ pub struct WaypointsTask {
     pub objective: Option<ObjectiveWeights>,
     /// Asks for a front of motions beside the plan.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub pareto: Option<ParetoRequest>,
+    pub pareto: Option<Box<ParetoRequest>>,
     /// Exactly these durations, one per segment, s: nothing is searched, and it
     /// fails if they break a limit. So a front's point is planned again.
     #[serde(default, skip_serializing_if = "Option::is_none")]
