@@ -3,7 +3,7 @@
 use crate::plan::ParetoFront;
 use crate::trajectory::objective::{Measures, ObjectiveName};
 
-use super::canvas::{Align, Canvas, TextLook, draw};
+use super::canvas::{Align, Canvas, TextLook, draw, text_width};
 use super::chart::{Chart, Entry, Frame, Legend, Stroke};
 use super::motion::Section;
 use super::palette;
@@ -152,10 +152,13 @@ impl<'a> Panel<'a> {
         chart.canvas.dot(at, 4.5, palette::series(1));
         let text = format!("{} s, {} {}", figure(time), figure(value), self.unit);
         let look = TextLook { colour: palette::series(1), ..TextLook::NORMAL };
-        // Towards the middle, where there is room: fronts fall, so this is beside them.
-        let middle = 0.5 * (chart.frame.left + chart.frame.right);
-        let (aside, align) =
-            if at.0 < middle { (12.0, Align::Left) } else { (-12.0, Align::Right) };
-        chart.canvas.text(&text, (at.0 + aside, at.1), align, look);
+        // Below a falling front there is room, unless it begins here.
+        let room = text_width(&text, look.size) + 20.0;
+        let (x, y, align) = if at.0 - chart.frame.left > room {
+            (at.0 - 10.0, at.1 + 12.0, Align::Right)
+        } else {
+            (at.0 + 12.0, at.1 - 4.0, Align::Left)
+        };
+        chart.canvas.text(&text, (x, y), align, look);
     }
 }

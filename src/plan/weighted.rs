@@ -4,7 +4,9 @@ use super::error::PlanError;
 use super::request::DurationGoal;
 use super::waypoints::{Run, no_candidate};
 use crate::budget::Budget;
-use crate::optimize::{OPTIMIZERS, Objective, OptimizerEntry, Settings, Solution, minimize};
+use crate::optimize::{
+    ConvergencePoint, OPTIMIZERS, Objective, OptimizerEntry, Settings, Solution, minimize,
+};
 use crate::trajectory::objective::Weighting;
 use crate::trajectory::timing::TimingProblem;
 use crate::trajectory::weighted::WeightedProblem;
@@ -32,17 +34,23 @@ impl Run<'_> {
         } else {
             exact().defaults()
         };
-        let first = self.exactly(problem, &settings, budget);
+        // Of limited evaluations half are for what is asked.
+        let limit = budget.evaluations_left(0);
+        let half = budget.clone().with_max_evaluations(Some(limit.div_ceil(2)));
+        let first = self.exactly(problem, &settings, &half);
         let Some(position) = &first.position else { return Err(no_candidate(&first)) };
         let fastest = problem.decode(position);
-        let total = self.total();
-        if fastest.iter().sum::<f64>() > total[1] {
-            return Ok(Found { durations: fastest.clone(), solution: first, fastest });
-        }
         let weighting = Weighting::new(&self.task.weights.measures(), &problem.measures(&fastest));
+        let total = self.total();
+        let left = budget.evaluations_left(first.evaluations);
+        if left == 0 || fastest.iter().sum::<f64>() > total[1] {
+            let solution = rated(first, weighting.weight());
+            return Ok(Found { durations: fastest.clone(), solution, fastest });
+        }
+        let budget = budget.clone().with_max_evaluations(Some(left));
         let weighted = WeightedProblem::new(problem, weighting, total, vec![fastest.clone()]);
         let before = (0, first.evaluations);
-        let (position, mut solution) = self.minimize(&weighted, self.seed, budget, before)?;
+        let (position, mut solution) = self.minimize(&weighted, self.seed, &budget, before)?;
         solution.evaluations += first.evaluations;
         for point in &mut solution.convergence {
             point.evaluations += first.evaluations;
@@ -70,6 +78,13 @@ impl Run<'_> {
             Some(DurationGoal::Exactly(duration)) => [duration; 2],
         }
     }
+}
+
+/// The search for the fastest motion as one that found nothing better.
+fn rated(first: Solution, fitness: f64) -> Solution {
+    let last = first.convergence.last().copied();
+    let convergence = last.map(|point| ConvergencePoint { best: Some(fitness), ..point });
+    Solution { fitness, convergence: convergence.into_iter().collect(), ..first }
 }
 
 /// The exact method's registry entry, which is the first.

@@ -172,6 +172,8 @@ impl WithSimd for Integrals<'_> {
 pub struct Weighting {
     /// Weights over reference values.
     rates: Measures,
+    /// Sum of the weights.
+    weight: f64,
 }
 
 impl Weighting {
@@ -183,7 +185,12 @@ impl Weighting {
             rms_jerk: rate(weights.rms_jerk, reference.rms_jerk),
             energy: rate(weights.energy, reference.energy),
         };
-        Self { rates }
+        Self { rates, weight: weights.time + weights.rms_jerk + weights.energy }
+    }
+
+    /// The weighted sum of the reference itself: all weights together.
+    pub fn weight(&self) -> f64 {
+        self.weight
     }
 
     /// The weighted sum.
@@ -194,7 +201,7 @@ impl Weighting {
 
     /// The sum without its part for time.
     pub(super) fn without_time(self) -> Self {
-        Self { rates: Measures { time: 0.0, ..self.rates } }
+        Self { rates: Measures { time: 0.0, ..self.rates }, ..self }
     }
 
     /// The multiple between `lowest` and `highest` of a motion with these

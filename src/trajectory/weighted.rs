@@ -59,6 +59,9 @@ impl Objective for WeightedProblem<'_> {
     }
 }
 
+/// What a candidate that no multiple mends costs, relative to the reference.
+const BROKEN: f64 = 1e3;
+
 struct WeightedCandidate<'a> {
     problem: &'a WeightedProblem<'a>,
     timing: TimingCandidate<'a>,
@@ -86,9 +89,14 @@ impl<'a> WeightedCandidate<'a> {
 impl Candidate for WeightedCandidate<'_> {
     fn fitness(&mut self, position: &[f64]) -> f64 {
         let (measures, scale, violation) = self.rate(position);
-        let value = self.problem.weighting.value(&measures.scaled(scale));
-        let broken = if violation > 0.0 { 1.0 + 10.0 * violation } else { 0.0 };
-        let fitness = value * (1.0 + broken);
+        let weighting = &self.problem.weighting;
+        // A broken candidate may well be gentle: it must not look like a plan,
+        // but how far it is from one still tells where to search.
+        let fitness = if violation > 0.0 {
+            BROKEN * weighting.weight() * (1.0 + violation)
+        } else {
+            weighting.value(&measures.scaled(scale))
+        };
         if fitness.is_nan() { f64::INFINITY } else { fitness }
     }
 

@@ -88,6 +88,40 @@ fn gentlest_motions_of_a_given_duration_match_an_independent_program() {
     }
 }
 
+/// Where hardly any time is to spare few proportions are lawful, and gentle
+/// ones that are not must not be taken for a plan.
+#[test]
+fn little_time_to_spare_is_used() {
+    let problems: Value =
+        serde_json::from_str(include_str!("../data/random_problems.json")).unwrap();
+    for problem in problems.as_array().unwrap() {
+        let dof = problem["velocity"].as_array().unwrap().len();
+        let joint = |j: usize| {
+            json!({ "name": format!("j{j}"), "type": "revolute", "limits": {
+                "velocity": problem["velocity"][j], "acceleration": problem["acceleration"][j],
+                "jerk": problem["jerk"][j] } })
+        };
+        let robot = json!({ "joints": (0..dof).map(joint).collect::<Vec<_>>() });
+        let request = |more: Value| {
+            let mut task = json!({ "type": "waypoints", "waypoints": problem["waypoints"] });
+            crate::support::merge(&mut task, more);
+            json!({ "robot": robot, "task": task })
+        };
+        let fastest = plan(request(json!({})));
+        let mut before = fastest.metrics.objective.energy;
+        for factor in [1.0001, 1.001, 1.01, 1.1] {
+            let duration = json!({ "exactly": factor * fastest.duration });
+            let objective = json!({ "energy": 1 });
+            let result = plan(request(json!({ "objective": objective, "duration": duration })));
+            let energy = result.metrics.objective.energy;
+            let stretched = fastest.metrics.objective.energy / f64::powi(factor, 4);
+            assert!(energy <= stretched && energy < before, "{}: {energy}", problem["name"]);
+            assert!(result.certificate.lawful);
+            before = energy;
+        }
+    }
+}
+
 /// A weight on time may leave some of the longest duration unused.
 #[test]
 fn at_most_binds_only_where_longer_would_be_better() {
