@@ -21,6 +21,8 @@ impl Standing<'_> {
     fn text(&self) -> String {
         let leg = self.leg.map(|leg| format!("{leg}: ")).unwrap_or_default();
         let best = match self.best {
+            // A weighted objective has neither unit nor bound.
+            Some(best) if self.lower_bound.is_none() => format!("best {best:.4}"),
             Some(best) => format!("best {best:.4} s"),
             None => "nothing feasible yet".to_owned(),
         };

@@ -40,6 +40,9 @@ const SAME: f64 = 1e-3;
 /// Steps for one `m`, at most.
 const MOST_STEPS: usize = 50;
 
+/// A step that promises less than this share of `m` is not worth making.
+const ENOUGH: f64 = 0.1;
+
 /// Halvings of one step, at most.
 const MOST_HALVINGS: usize = 40;
 
@@ -225,7 +228,8 @@ impl Memory {
             valley.learn(&model, m);
             let step = valley.step(evaluator, &model, m)?;
             let promised = -step.dot(&model.total);
-            if promised <= 1e-3 * m || promised.is_nan() {
+            // An error of the order of the barrier's own is good enough.
+            if promised <= ENOUGH * m || promised.is_nan() {
                 return Some(());
             }
             match self.shorten(evaluator, &valley.y, &here, step, m)? {

@@ -232,6 +232,7 @@ fn convergence_shows_best_mean_and_reference() {
         name: name.into(),
         points: &points,
         reference: Some(("optimum", 7.0255)),
+        weighted: false,
     };
     let svg = convergence(&[curve("AB")]);
     assert_well_formed(&svg);
@@ -246,6 +247,8 @@ fn convergence_shows_best_mean_and_reference() {
         assert!(svg.contains(text), "{text}");
     }
     assert_eq!(svg.matches("<polygon").count(), 2, "the optimum and its legend");
+    let weighted = convergence(&[Curve { weighted: true, ..curve("AB") }]);
+    assert!(!weighted.contains("duration [s]") && weighted.contains("best 7.5 after 150"));
     let two = convergence(&[curve("AB"), curve("BC")]);
     assert!(two.contains("best together 15 s after 300 evaluations"));
     assert_eq!(two.matches("<circle").count(), 2);
@@ -295,6 +298,7 @@ fn convergence_survives_any_values() {
                     name: "x".into(),
                     points: &points,
                     reference: best.map(|b| ("optimum", b)),
+                    weighted: false,
                 };
                 assert_well_formed(&convergence(&[curve.clone(), curve]));
             }
