@@ -3,7 +3,7 @@
 use crate::plan::ParetoFront;
 use crate::trajectory::objective::{Measures, ObjectiveName};
 
-use super::canvas::{Align, Canvas, TextLook, draw, text_width};
+use super::canvas::{Align, Canvas, TextLook, draw};
 use super::chart::{Chart, Entry, Frame, Legend, Stroke};
 use super::motion::Section;
 use super::palette;
@@ -96,13 +96,16 @@ impl<'a> Panel<'a> {
         }
     }
 
-    /// In words: how many motions, and how much better they are than stretching.
+    /// In words: how many motions, how much better they are than stretching, and
+    /// the plan, which has no room for a label between two curves.
     fn subtitle(&self) -> String {
         let saved = |&(time, value): &(f64, f64)| 1.0 - value / self.stretched(time);
         let most = self.points.iter().map(saved).fold(0.0, f64::max);
         let count = self.points.len();
         let gain = format!("up to {} % less than by stretching", figure(100.0 * most));
-        format!("{}: {count} motions, {} {gain}", self.title, self.words())
+        let (time, value) = (figure(self.plan.0), figure(self.plan.1));
+        let plan = format!("the plan {time} s, {value} {}", self.unit);
+        format!("{}: {count} motions, {} {gain}; {plan}", self.title, self.words())
     }
 
     fn draw(&self, canvas: &Canvas<'_>, top: f64) {
@@ -132,7 +135,7 @@ impl<'a> Panel<'a> {
         for &point in &pixels {
             canvas.dot(point, 3.0, palette::series(0));
         }
-        self.draw_plan(&chart);
+        canvas.dot(chart.pixel(self.plan.0, self.plan.1), 4.5, palette::series(1));
     }
 
     fn draw_stretched(&self, chart: &Chart<'_, '_>, range: Range) {
@@ -144,21 +147,5 @@ impl<'a> Panel<'a> {
         let curve = (0..=CURVE_POINTS).map(at).filter(|(_, value)| chart.y.contains(*value));
         let curve: Vec<_> = curve.map(|(time, value)| chart.pixel(time, value)).collect();
         chart.canvas.polyline(&curve, palette::FADED, 1.2);
-    }
-
-    fn draw_plan(&self, chart: &Chart<'_, '_>) {
-        let (time, value) = self.plan;
-        let at = chart.pixel(time, value);
-        chart.canvas.dot(at, 4.5, palette::series(1));
-        let text = format!("{} s, {} {}", figure(time), figure(value), self.unit);
-        let look = TextLook { colour: palette::series(1), ..TextLook::NORMAL };
-        // Below a falling front there is room, unless it begins here.
-        let room = text_width(&text, look.size) + 20.0;
-        let (x, y, align) = if at.0 - chart.frame.left > room {
-            (at.0 - 10.0, at.1 + 12.0, Align::Right)
-        } else {
-            (at.0 + 12.0, at.1 - 4.0, Align::Left)
-        };
-        chart.canvas.text(&text, (x, y), align, look);
     }
 }

@@ -339,7 +339,7 @@ fn fronts_show_every_motion_the_plan_and_the_stretched_one() {
         "rms jerk [rad &amp; m]",
         "motions of the front",
         "the fastest one, only stretched",
-        "2.5 s, 6 rad &amp; m",
+        "the plan 2.5 s, 6 rad &amp; m",
     ] {
         assert!(svg.contains(text), "{text}");
     }
