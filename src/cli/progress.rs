@@ -28,6 +28,8 @@ impl Standing<'_> {
         let best = match self.best {
             // Where methods are compared, a function's value is no time.
             Some(best) if self.method.is_some() => format!("best {best:.6}"),
+            // A weighted objective has neither unit nor bound.
+            Some(best) if self.lower_bound.is_none() => format!("best {best:.4}"),
             Some(best) => format!("best {best:.4} s"),
             None => "nothing feasible yet".to_owned(),
         };

@@ -130,6 +130,7 @@ fn split_trajectory(mut result: TrajectoryResult) -> Vec<TrajectoryResult> {
     let certificate = result.certificate.as_mut();
     let violations = certificate.map(|it| mem::take(&mut it.violations)).unwrap_or_default();
     let binding = result.metrics.as_mut().map(|it| mem::take(&mut it.binding)).unwrap_or_default();
+    let front = result.pareto.as_mut().map(|it| mem::take(&mut it.points)).unwrap_or_default();
     let per_joint = mem::take(&mut result.per_joint);
     let convergence = mem::take(&mut result.convergence);
 
@@ -158,6 +159,9 @@ fn split_trajectory(mut result: TrajectoryResult) -> Vec<TrajectoryResult> {
     }
     for limit in binding {
         parts.room_for(&limit).metrics.get_or_insert_default().binding.push(limit);
+    }
+    for point in front {
+        parts.room_for(&point).pareto.get_or_insert_default().points.push(point);
     }
     for joint in per_joint {
         parts.room_for(&joint).per_joint.push(joint);

@@ -111,6 +111,7 @@ fn described_routes() -> OpenApiRouter<Edge> {
         .routes(routes!(results::convergence))
         .routes(routes!(results::plot))
         .routes(routes!(comparisons::page))
+        .routes(routes!(results::pareto))
         .routes(routes!(registry::verify))
         .routes(routes!(robots::list))
         .routes(routes!(robots::get, robots::put, robots::delete))

@@ -463,6 +463,36 @@ pub(super) async fn plot(
     .await
 }
 
+/// Draw the front
+///
+/// Of a job with `pareto`: every motion of it, the fastest one stretched, and
+/// the plan.
+#[utoipa::path(
+    get, path = "/v1/jobs/{id}/pareto.svg", tag = "results",
+    params(
+        ("id" = String, Path, format = "uuid", description = "The job's id"),
+        ("leg" = Option<String>, Query, description = "One leg of a program; default all"),
+    ),
+    responses((status = 200, description = "The picture", body = String, content_type = "image/svg+xml"), Problems),
+)]
+pub(super) async fn pareto(
+    State(edge): State<Edge>,
+    JobPath(id): JobPath,
+    query: Parameters,
+) -> Result<Response, Problem> {
+    let leg = leg(query)?;
+    from_result(&edge, id, move |result| {
+        let parts = Parts::of(result, leg.as_deref())?;
+        if parts.sections.iter().all(|section| section.result.pareto.is_none()) {
+            return Err(Problem::not_found(format!(
+                "job {id} has no front: ask for one with `pareto`"
+            )));
+        }
+        Ok(svg(picture::pareto(&parts.sections)))
+    })
+    .await
+}
+
 fn quantities(query: &mut Parameters) -> Vec<Quantity> {
     let Some(text) = query.text("quantity") else { return Quantity::ALL.to_vec() };
     let mut quantities = Vec::new();

@@ -161,6 +161,13 @@ impl Settings {
         self.0.iter().map(|(&name, &value)| (name, value))
     }
 
+    /// The same with another value of a parameter the entry declares.
+    #[must_use]
+    pub fn with(mut self, name: &'static str, value: f64) -> Self {
+        self.0.insert(name, value);
+        self
+    }
+
     /// The value of a whole number.
     pub fn integer(&self, name: &str) -> u64 {
         self.get(name) as u64
@@ -177,6 +184,12 @@ impl OptimizerEntry {
     /// All parameters: its own, then the common ones.
     pub fn all_parameters(&self) -> impl Iterator<Item = &'static Parameter> + use<> {
         self.parameters.iter().chain(COMMON)
+    }
+
+    /// All parameters at their defaults.
+    pub fn defaults(&self) -> Settings {
+        let defaults = self.all_parameters().filter_map(|p| Some((p.name, p.default?)));
+        Settings(defaults.collect())
     }
 
     /// Reads parameters that stand at `pointer`, filling in defaults.

@@ -82,6 +82,21 @@ impl<'a> Evaluator<'a> {
         Some(self.candidates[0].homogeneous(position, ratios))
     }
 
+    /// [`Candidate::constrained`], counted as one evaluation; none once the
+    /// search has to end.
+    pub fn constrained(&mut self, position: &[f64], constraints: &mut Vec<f64>) -> Option<f64> {
+        if self.stop_reason().is_some() {
+            return None;
+        }
+        self.evaluations += 1;
+        Some(self.candidates[0].constrained(position, constraints))
+    }
+
+    /// The multiple of a candidate that its fitness speaks of.
+    pub fn scale(&mut self, position: &[f64]) -> f64 {
+        self.candidates[0].scale(position)
+    }
+
     /// Offers a candidate whose fitness the optimizer worked out itself.
     pub fn offer(&mut self, position: &[f64], fitness: f64) {
         if fitness < self.best {

@@ -19,6 +19,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::entry::{OptimizerEntry, Parameter, ParameterKind, Settings, real};
+use super::interior::Interior;
 use super::{Evaluator, Objective, Optimizer, Ratios, Step};
 use crate::math::random::RandomStream;
 
@@ -27,12 +28,17 @@ pub const ENTRY: OptimizerEntry = OptimizerEntry {
     name: "exact",
     title: "Exact optimum of the family",
     description: "Deterministic. Minimises over duration proportions with the scaling law, from \
-                  several starts, by smoothed minimax with Newton steps. Ignores the seed and \
-                  constraint_handling.",
+                  several starts, by smoothed minimax with Newton steps; a weighted objective by \
+                  a logarithmic barrier. Ignores the seed and constraint_handling.",
     source: "scaling law of rest-to-rest curves; aggregate smoothing of minimax problems as in \
              Xiao and Yu 2010, Applied Mathematics and Computation 216, 1868-1879",
     parameters: PARAMETERS,
-    build: |settings, objective, _| Box::new(Exact::new(settings, objective)),
+    build: |settings, objective, _| {
+        if objective.is_constrained() {
+            return Box::new(Interior::new(settings, objective));
+        }
+        Box::new(Exact::new(settings, objective))
+    },
 };
 
 const PARAMETERS: &[Parameter] = &[

@@ -9,13 +9,16 @@ mod dual_pso;
 mod entry;
 mod evaluator;
 mod exact;
+pub mod front;
 pub mod functions;
 mod ga;
 mod genetic;
 mod gold_sa;
 mod golds_pso;
 mod improved_pso;
+mod interior;
 mod minimize;
+pub mod nsga2;
 mod particles;
 mod pso;
 mod pso_linear;
@@ -26,7 +29,7 @@ mod swarm;
 pub use entry::{OptimizerEntry, OptimizerInfo, Parameter, ParameterInfo, ParameterKind, Settings};
 pub use evaluator::Evaluator;
 pub use minimize::{ConvergencePoint, Solution, minimize};
-pub use registry::{OPTIMIZERS, optimizer, optimizer_names};
+pub use registry::{EXACT, OPTIMIZERS, optimizer, optimizer_names};
 
 use crate::math::random::RandomStream;
 
@@ -60,6 +63,11 @@ pub trait Objective: Sync {
 
     /// True if [`Candidate::homogeneous`] is offered.
     fn is_homogeneous(&self) -> bool {
+        false
+    }
+
+    /// True if [`Candidate::constrained`] and [`Candidate::scale`] are offered.
+    fn is_constrained(&self) -> bool {
         false
     }
 }
@@ -121,6 +129,21 @@ pub trait Candidate: Send {
     fn homogeneous(&mut self, _position: &[f64], ratios: &mut Ratios) -> f64 {
         ratios.iter_mut().for_each(Vec::clear);
         f64::INFINITY
+    }
+
+    /// For problems `minimise f(x) subject to g_k(x) <= 1` over positive `x`
+    /// with a positive `f`, all of them smooth but for kinks: writes the `g_k`
+    /// and returns `f`.
+    ///
+    /// Only called where [`Objective::is_constrained`].
+    fn constrained(&mut self, _position: &[f64], constraints: &mut Vec<f64>) -> f64 {
+        constraints.clear();
+        f64::INFINITY
+    }
+
+    /// The multiple of a candidate that its fitness speaks of.
+    fn scale(&mut self, _position: &[f64]) -> f64 {
+        1.0
     }
 }
 

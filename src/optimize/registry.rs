@@ -21,6 +21,9 @@ pub static OPTIMIZERS: &[OptimizerEntry] = &[
     spso::ENTRY,
 ];
 
+/// The deterministic method that finds the optimum of a family.
+pub static EXACT: &OptimizerEntry = &exact::ENTRY;
+
 /// The optimizer called `name`.
 pub fn optimizer(name: &str) -> Option<&'static OptimizerEntry> {
     OPTIMIZERS.iter().find(|entry| entry.name == name)

@@ -80,6 +80,7 @@ pub(super) enum Stroke {
     Solid,
     Thin,
     Dashed,
+    Dot,
 }
 
 /// One entry of a legend.
@@ -128,6 +129,7 @@ impl Legend {
                 Stroke::Solid => canvas.polyline(&[(start, y), (end, y)], entry.colour, 2.5),
                 Stroke::Thin => canvas.polyline(&[(start, y), (end, y)], entry.colour, 1.2),
                 Stroke::Dashed => canvas.dashed(start, end, y, entry.colour),
+                Stroke::Dot => canvas.dot((0.5 * (start + end), y), 3.5, entry.colour),
             }
             canvas.text(&entry.name, (end + 6.0, y), Align::Left, TextLook::NORMAL);
         }

@@ -23,6 +23,8 @@ pub struct Curve<'a> {
     pub points: &'a [ConvergencePoint],
     /// A value to compare with and what it is, such as `optimum`; s.
     pub reference: Option<(&'a str, f64)>,
+    /// True if values are weighted sums, not durations.
+    pub weighted: bool,
 }
 
 impl<'a> Curve<'a> {
@@ -38,9 +40,10 @@ impl<'a> Curve<'a> {
         let name = section.name.map_or(method.clone(), |name| format!("{name} ({method})"));
         // The bound is on the whole motion: single joints may well be below it.
         let alone = result.per_joint.is_some();
-        let bound = result.bound.as_ref().filter(|_| !alone);
+        let weighted = result.metrics.reference.is_some();
+        let bound = result.bound.as_ref().filter(|_| !alone && !weighted);
         let reference = bound.map(|bound| ("lower bound", bound.lower));
-        Self { name, points: &result.convergence, reference }
+        Self { name, points: &result.convergence, reference, weighted }
     }
 
     /// The searches that follow each other: where each joint is planned alone,
@@ -87,7 +90,8 @@ pub fn convergence(curves: &[Curve<'_>]) -> String {
             x: Scale::new(x_range, 0.0, frame.left, frame.right),
             y: Scale::new(y_range, 0.05, frame.bottom, frame.top),
         };
-        chart.draw_axes("duration [s]");
+        let weighted = curves.iter().any(|curve| curve.weighted);
+        chart.draw_axes(if weighted { "objective" } else { "duration [s]" });
         chart.label_x("evaluations");
         draw_means(&chart, curves);
         draw_references(&chart, curves);
@@ -101,11 +105,12 @@ fn subtitle(curves: &[Curve<'_>]) -> String {
     if curves.iter().any(|curve| curve.runs().nth(1).is_some()) {
         return format!("each joint alone, one after the other: {evaluations} evaluations");
     }
+    let unit = if curves.iter().any(|curve| curve.weighted) { "" } else { " s" };
     match curves.iter().any(|curve| curve.best().next().is_some()) {
         true if curves.len() > 1 => {
-            format!("best together {} s after {evaluations} evaluations", figure(best))
+            format!("best together {}{unit} after {evaluations} evaluations", figure(best))
         }
-        true => format!("best {} s after {evaluations} evaluations", figure(best)),
+        true => format!("best {}{unit} after {evaluations} evaluations", figure(best)),
         false => format!("no feasible candidate in {evaluations} evaluations"),
     }
 }

@@ -1,5 +1,5 @@
 //! Pictures of results, as SVG: motion over time, the search's convergence and
-//! methods compared; and pages that hold them.
+//! fronts and methods compared; and pages that hold them.
 //!
 //! Pure: a result goes in, a text comes out. Drawing never fails and never
 //! panics, whatever the numbers; what cannot be shown is left out.
@@ -11,11 +11,13 @@ mod convergence;
 mod motion;
 pub mod page;
 mod palette;
+mod pareto;
 mod scale;
 
 pub use bands::bands;
 pub use convergence::{Curve, convergence};
 pub use motion::{Section, plot};
+pub use pareto::pareto;
 
 #[cfg(test)]
 mod tests;

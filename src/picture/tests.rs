@@ -7,7 +7,7 @@ use crate::optimize::ConvergencePoint;
 use crate::plan::{PlanResult, TrajectoryResult};
 use crate::trajectory::Quantity;
 
-use super::{Curve, Section, convergence, plot};
+use super::{Curve, Section, convergence, pareto, plot};
 
 /// A motion of `dof` joints in two quintic-like pieces, every second one
 /// prismatic, with values around `size` and pieces of `length` seconds.
@@ -232,6 +232,7 @@ fn convergence_shows_best_mean_and_reference() {
         name: name.into(),
         points: &points,
         reference: Some(("optimum", 7.0255)),
+        weighted: false,
     };
     let svg = convergence(&[curve("AB")]);
     assert_well_formed(&svg);
@@ -246,6 +247,8 @@ fn convergence_shows_best_mean_and_reference() {
         assert!(svg.contains(text), "{text}");
     }
     assert_eq!(svg.matches("<polygon").count(), 2, "the optimum and its legend");
+    let weighted = convergence(&[Curve { weighted: true, ..curve("AB") }]);
+    assert!(!weighted.contains("duration [s]") && weighted.contains("best 7.5 after 150"));
     let two = convergence(&[curve("AB"), curve("BC")]);
     assert!(two.contains("best together 15 s after 300 evaluations"));
     assert_eq!(two.matches("<circle").count(), 2);
@@ -295,10 +298,73 @@ fn convergence_survives_any_values() {
                     name: "x".into(),
                     points: &points,
                     reference: best.map(|b| ("optimum", b)),
+                    weighted: false,
                 };
                 assert_well_formed(&convergence(&[curve.clone(), curve]));
             }
         }
     }
     assert_well_formed(&convergence(&[]));
+}
+
+/// A front with a third objective, and a plan that is none of its motions.
+fn with_front(objectives: &[&str], points: &[&[f64]]) -> TrajectoryResult {
+    let mut result = result(2, 1.0, 1.0, |_| None);
+    let axes: Vec<_> =
+        objectives.iter().map(|name| json!({"name": name, "unit": "rad & m"})).collect();
+    let points: Vec<_> = points
+        .iter()
+        .map(|values| json!({"values": values, "durations": [1.0], "worst_ratio": 1.0}))
+        .collect();
+    result.pareto = Some(
+        serde_json::from_value(json!({"objectives": axes, "method": "nsga2", "points": points}))
+            .unwrap(),
+    );
+    result.metrics.objective =
+        serde_json::from_value(json!({"time": 2.5, "rms_jerk": 6.0, "energy": 3.0})).unwrap();
+    result
+}
+
+#[test]
+fn fronts_show_every_motion_the_plan_and_the_stretched_one() {
+    let two: [&[f64]; 3] = [&[2.0, 8.0], &[3.0, 2.0], &[4.0, 0.5]];
+    let result = with_front(&["time", "rms_jerk"], &two);
+    let section = Section { name: Some("AB"), start: 0.0, result: &result };
+    let svg = pareto(&[section]);
+    assert_well_formed(&svg);
+    // Stretched to 4 s the fastest would have a jerk of 1, to 3 s of 2.37.
+    for text in [
+        "test &amp; robot, AB: 3 motions, rms jerk up to 50 % less than by stretching",
+        "time [s]",
+        "rms jerk [rad &amp; m]",
+        "motions of the front",
+        "the fastest one, only stretched",
+        "the plan 2.5 s, 6 rad &amp; m",
+    ] {
+        assert!(svg.contains(text), "{text}");
+    }
+    assert_eq!(svg.matches("<circle").count(), 2 + 3 + 1, "legend, motions, plan");
+    let three: [&[f64]; 2] = [&[1.0, 5.0, 9.0], &[2.0, 4.0, 1.0]];
+    let both = with_front(&["energy", "time", "rms_jerk"], &three);
+    let svg = pareto(&[section, Section { name: None, start: 0.0, result: &both }]);
+    assert_well_formed(&svg);
+    assert!(svg.contains("mean squared acceleration [rad &amp; m]"));
+    assert_eq!(svg.matches("<circle").count(), 2 + (3 + 1) + 2 * (2 + 1));
+}
+
+#[test]
+fn fronts_survive_any_values() {
+    let values = [0.0, 1e-300, 1.0, 1e300, f64::NAN, f64::INFINITY];
+    for a in values {
+        for b in values {
+            let mut result = with_front(&["time", "energy"], &[&[1.0, 1.0]]);
+            result.metrics.objective.energy = b;
+            let front = result.pareto.as_mut().unwrap();
+            front.points[0].values = vec![a, b];
+            assert_well_formed(&pareto(&[Section { name: None, start: 0.0, result: &result }]));
+            result.pareto.as_mut().unwrap().points.clear();
+            assert_well_formed(&pareto(&[Section { name: None, start: 0.0, result: &result }]));
+        }
+    }
+    assert_well_formed(&pareto(&[]));
 }

@@ -3,6 +3,8 @@
 pub mod cell;
 mod error;
 mod limits;
+mod objectives;
+mod pareto;
 mod prepare;
 mod prepared;
 mod program;
@@ -13,8 +15,11 @@ pub mod scenarios;
 mod study;
 pub mod verify;
 mod waypoints;
+mod weighted;
 
 pub use error::{PlanCode, PlanError};
+pub use objectives::{ObjectiveWeights, ParetoMethod, ParetoRequest};
+pub use pareto::{ParetoAxis, ParetoFront, ParetoPoint};
 pub use prepare::{MAX_LEGS, MAX_WAYPOINTS, validate};
 pub use prepared::{PreparedPlan, Progress};
 pub use request::*;

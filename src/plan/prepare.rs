@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 use std::sync::Arc;
 
+use super::objectives::{self, ObjectiveWeights};
 use super::prepared::{LEAST_WAY, PreparedLeg, PreparedPlan, PreparedTask, PreparedWaypoints};
 use super::request::{
     Clock, Constraints, DurationGoal, DurationRange, PlanRequest, ProgramTask, RobotRef, Task,
@@ -31,10 +32,10 @@ const LARGEST_POSITION: f64 = 1e9;
 const MAX_POPULATION_VARIABLES: f64 = 2e6;
 
 /// Longest durations taken, s: about eleven days.
-const LONGEST: f64 = 1e6;
+pub(super) const LONGEST: f64 = 1e6;
 
 /// Shortest durations taken, s.
-const SHORTEST: f64 = 1e-6;
+pub(super) const SHORTEST: f64 = 1e-6;
 
 /// Checks a request; `find_robot` knows the robots that have names.
 ///
@@ -148,6 +149,8 @@ impl Check<'_> {
             return None;
         };
         check_durations(task, pointer, faults);
+        let closed_form = matches!(interpolation.timing, Timing::ClosedForm(_));
+        objectives::check(task, closed_form, pointer, faults);
         if let Some(settings) = &settings {
             let segments = task.waypoints.len().saturating_sub(1);
             check_population(segments, settings, &format!("{pointer}/optimizer"), faults);
@@ -166,6 +169,9 @@ impl Check<'_> {
             constraints: task.constraints,
             range: task.durations,
             goal: task.duration,
+            weights: task.objective.unwrap_or(ObjectiveWeights::TIME),
+            pareto: task.pareto.clone(),
+            fixed: task.fixed_durations.clone(),
         })
     }
 

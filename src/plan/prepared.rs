@@ -5,6 +5,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+use super::objectives::{ObjectiveWeights, ParetoMethod, ParetoRequest};
 use super::request::{Clock, ConstraintHandling, Constraints, DurationGoal, DurationRange};
 use super::study::PreparedStudy;
 use crate::optimize::{OptimizerEntry, Settings};
@@ -24,7 +25,8 @@ pub struct Progress {
     pub evaluations: u64,
     /// Seconds since the start of the run.
     pub elapsed_s: f64,
-    /// Best duration so far, s; null while no candidate is feasible.
+    /// Best duration so far, s, or best weighted objective; null while no
+    /// candidate is feasible.
     pub best: Option<f64>,
     /// Mean fitness of the current generation.
     pub mean: Option<f64>,
@@ -85,6 +87,10 @@ pub(super) struct PreparedWaypoints {
     pub constraints: Constraints,
     pub range: Option<DurationRange>,
     pub goal: Option<DurationGoal>,
+    pub weights: ObjectiveWeights,
+    pub pareto: Option<Box<ParetoRequest>>,
+    /// Durations that leave nothing to search.
+    pub fixed: Option<Vec<f64>>,
 }
 
 impl PreparedPlan {
@@ -145,14 +151,27 @@ impl PreparedWaypoints {
     }
 
     fn estimate_s(&self) -> f64 {
+        if self.fixed.is_some() {
+            return 0.0;
+        }
         let (segments, dof) = (self.waypoints.len() - 1, self.waypoints[0].len());
         let searches = if self.clock == Clock::PerJoint { dof } else { 1 };
         let evaluations = match self.settings.optional("population") {
             Some(population) => population * (1.0 + self.settings.get("iterations")),
             None => 100.0 * self.settings.get("iterations") * (segments + 2) as f64,
         };
+        let evaluations = evaluations * if self.weights.is_weighted() { 2.0 } else { 1.0 };
+        let evaluations = evaluations + self.front_evaluations(segments);
         let limit = self.settings.optional("max_evaluations").unwrap_or(f64::INFINITY);
         let estimate = evaluations.min(limit) * self.evaluation_s() * searches as f64;
         estimate.min(self.settings.optional("time_limit_s").unwrap_or(f64::INFINITY))
+    }
+
+    fn front_evaluations(&self, segments: usize) -> f64 {
+        let Some(pareto) = &self.pareto else { return 0.0 };
+        match pareto.method {
+            ParetoMethod::EpsilonConstraint => (300 * pareto.points() * (segments + 2)) as f64,
+            ParetoMethod::Nsga2 => pareto.population() as f64 * (1.0 + pareto.generations() as f64),
+        }
     }
 }

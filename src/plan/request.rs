@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use utoipa::ToSchema;
 
+use super::objectives::{ObjectiveWeights, ParetoRequest};
 use super::study::{BenchmarkTask, ComparisonTask};
 use crate::fault::{Faults, read};
 use crate::robot::RobotDescription;
@@ -87,6 +88,17 @@ pub struct WaypointsTask {
     /// Total duration wanted; default: as short as possible.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub duration: Option<DurationGoal>,
+    /// What is minimised; default: time alone. With weights on more, `duration`
+    /// bounds the motion's time (`at_most`) or sets it (`exactly`) within the search.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub objective: Option<ObjectiveWeights>,
+    /// Asks for a front of motions beside the plan.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pareto: Option<Box<ParetoRequest>>,
+    /// Exactly these durations, one per segment, s: nothing is searched, and it
+    /// fails if they break a limit. So a front's point is planned again.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fixed_durations: Option<Vec<f64>>,
 }
 
 fn default_interpolation() -> String {

@@ -3,9 +3,11 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+use super::pareto::ParetoFront;
 use super::study::ComparisonResult;
 use crate::budget::StopReason;
 use crate::optimize::ConvergencePoint;
+use crate::trajectory::objective::Measures;
 use crate::trajectory::{Certificate, LowerBound, Trajectory};
 
 /// The result of a planning job.
@@ -45,6 +47,9 @@ pub struct TrajectoryResult {
     pub bound: Option<LowerBound>,
     /// Figures that describe the plan.
     pub metrics: PlanMetrics,
+    /// With `pareto`, the front asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pareto: Option<ParetoFront>,
     /// With `clock: per_joint`, what each joint would need alone.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub per_joint: Option<Vec<JointOptimum>>,
@@ -89,6 +94,12 @@ pub struct PlanMetrics {
     pub initial_duration: f64,
     /// Share of `initial_duration` saved; negative where a longer duration was asked for.
     pub saved: f64,
+    /// The whole motion's time, jerk and energy.
+    #[serde(default)]
+    pub objective: Measures,
+    /// With weights, the same of the fastest motion, to which they are relative.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reference: Option<Measures>,
     /// Root mean square jerk per joint.
     pub rms_jerk: Vec<f64>,
     /// Mean speed over the velocity limit per joint; null without a limit.

@@ -5,15 +5,17 @@ use std::cell::Cell;
 use serde_json::json;
 
 use super::error::PlanError;
+use super::pareto::{self, ParetoFront};
 use super::prepared::{LEAST_WAY, PreparedPlan, PreparedWaypoints, Progress};
 use super::request::{Clock, ConstraintHandling, Constraints, DurationGoal, DurationRange};
 use super::result::{Binding, JointOptimum, PlanMetrics, PlanResult, TrajectoryResult};
 use crate::budget::{Budget, StopReason};
 use crate::math::polynomial::{Extremes, integral_of_square, value};
 use crate::math::random::derive_seed;
-use crate::optimize::{ConvergencePoint, OptimizerEntry, Solution, minimize};
+use crate::optimize::{ConvergencePoint, Objective, OptimizerEntry, Solution, minimize};
 use crate::trajectory::interpolation::{Profile, ProfileLimits, Timing};
 use crate::trajectory::kernel::Kernel;
+use crate::trajectory::objective::Measures;
 use crate::trajectory::timing::{Handling, TimingProblem};
 use crate::trajectory::{Certificate, DERIVATIVES, JointBounds, LowerBound, Trajectory, Violation};
 
@@ -59,13 +61,8 @@ pub fn plan_from(
     run.check_computable(&timed)?;
     let range = run.check_range(&timed.durations);
     let result = run.assemble(plan, timed);
-    let full = task.constraints == Constraints::Full;
-    // What is not executable breaks limits where it jumps, and says so; no other
-    // excess is excused.
-    let jumps = |v: &Violation| !task.interpolation.executable && v.value.is_none();
-    let matters = |v: &&Violation| v.limit == "position" || full && !jumps(v);
-    let beyond = result.certificate.violations.iter().find(matters);
-    match stopped().or(beyond.map(violation_error)).or(range.err()) {
+    let beyond = run.violation(&result.certificate).map(violation_error);
+    match stopped().or(beyond).or(range.err()) {
         Some(error) => Err(error.with_partial(PlanResult::Trajectory(Box::new(result)))),
         None => Ok(result),
     }
@@ -90,22 +87,21 @@ pub(super) fn pose(
     let pick = |row: &Vec<f64>| joints.iter().map(|&joint| row[joint]).collect();
     let waypoints: Vec<Vec<f64>> = task.waypoints.iter().map(pick).collect();
     let limits: Vec<_> = joints.iter().map(|&joint| limits[joint].kernel(orders(task))).collect();
-    // The exact method knows no other way than the scaling law.
-    let handling = match optimizer.is_deterministic() {
-        true => Handling::RepairUniform,
-        false => handling(task.handling),
-    };
+    // The exact method, and weights, know no other way than the scaling law.
+    let by_scaling = optimizer.is_deterministic() || task.weights.is_weighted();
+    let handling = if by_scaling { Handling::RepairUniform } else { handling(task.handling) };
     let range = task.range.map(|range| [range.min, range.max]);
     TimingProblem::new(kernel, &waypoints, &limits, handling, range)
 }
 
-struct Run<'a> {
-    task: &'a PreparedWaypoints,
-    limits: &'a [JointBounds],
-    hints: &'a [Vec<f64>],
-    seed: u64,
-    budget: &'a Budget,
-    progress: &'a dyn Fn(Progress),
+/// One task being planned.
+pub(super) struct Run<'a> {
+    pub(super) task: &'a PreparedWaypoints,
+    pub(super) limits: &'a [JointBounds],
+    pub(super) hints: &'a [Vec<f64>],
+    pub(super) seed: u64,
+    pub(super) budget: &'a Budget,
+    pub(super) progress: &'a dyn Fn(Progress),
 }
 
 /// A plan in seconds, before it is certified.
@@ -116,6 +112,9 @@ struct Timed {
     initial_duration: f64,
     solution: Solution,
     per_joint: Option<Vec<JointOptimum>>,
+    /// Measures of the fastest motion, where they were needed.
+    reference: Option<Measures>,
+    front: Option<ParetoFront>,
 }
 
 /// Segment durations, how they were found, and each joint's own.
@@ -138,16 +137,20 @@ impl Run<'_> {
         self.budget.clone().with_time_limit(time_limit).with_max_evaluations(evaluations)
     }
 
-    fn minimize(
+    /// Searches with the task's optimizer, whose generations count from
+    /// `before`.
+    pub(super) fn minimize(
         &self,
-        problem: &TimingProblem,
+        problem: &dyn Objective,
         seed: u64,
         budget: &Budget,
         before: (u64, u64),
     ) -> Result<(Vec<f64>, Solution), PlanError> {
         let settings = &self.task.settings;
         let mut optimizer = (self.task.optimizer.build)(settings, problem, seed);
-        let lower = LowerBound::of(&self.task.waypoints, self.limits, 1.0).map(|b| b.lower);
+        let bound = LowerBound::of(&self.task.waypoints, self.limits, 1.0).map(|b| b.lower);
+        // A bound on the duration says nothing about a weighted sum.
+        let lower = bound.filter(|_| !self.task.weights.is_weighted());
         let mut report = |point: &ConvergencePoint| {
             (self.progress)(Progress {
                 leg: None,
@@ -163,7 +166,7 @@ impl Run<'_> {
         let iterations = settings.integer("iterations");
         let solution = minimize(problem, optimizer.as_mut(), iterations, budget, &mut report);
         match &solution.position {
-            Some(position) => Ok((problem.decode(position), solution)),
+            Some(position) => Ok((position.clone(), solution)),
             None => Err(PlanError::stopped(solution.stop_reason)
                 .filter(|_| self.budget.stop_reason(0).is_some())
                 .unwrap_or_else(|| no_candidate(&solution))),
@@ -175,17 +178,71 @@ impl Run<'_> {
         let problem = self.problem(kernel, &all).with_hints(self.hints);
         let natural = problem.natural();
         let initial_duration = problem.scale(natural) * natural.iter().sum::<f64>();
+        if let Some(durations) = &self.task.fixed {
+            return Ok(self.fixed(&problem, durations, initial_duration));
+        }
         let budget = self.search_budget();
+        let mut fastest = None;
         let (durations, solution, per_joint) = match self.task.clock {
+            Clock::Shared if self.task.weights.is_weighted() => {
+                let found = self.weighted(&problem, &budget)?;
+                fastest = Some(found.fastest);
+                (found.durations, found.solution, None)
+            }
             Clock::Shared => {
-                let (durations, solution) = self.minimize(&problem, self.seed, &budget, (0, 0))?;
-                (durations, solution, None)
+                let (position, solution) = self.minimize(&problem, self.seed, &budget, (0, 0))?;
+                (problem.decode(&position), solution, None)
             }
             Clock::PerJoint => self.each_joint_alone(kernel, &problem, &budget)?,
         };
         self.still_wanted()?;
+        let reference = fastest.as_ref().map(|durations| problem.measures(durations));
         let (durations, trajectory) = self.lawful(&problem, durations);
-        Ok(Timed { durations, trajectory, initial_duration, solution, per_joint })
+        let mut timed = Timed {
+            durations,
+            trajectory,
+            initial_duration,
+            solution,
+            per_joint,
+            reference,
+            front: None,
+        };
+        if let Some(request) = &self.task.pareto {
+            let fastest = fastest.unwrap_or_else(|| timed.durations.clone());
+            timed.front = Some(pareto::front(
+                self,
+                &problem,
+                request,
+                &fastest,
+                &budget,
+                &mut timed.solution,
+            ));
+        }
+        Ok(timed)
+    }
+
+    /// The motion with given durations.
+    fn fixed(&self, problem: &TimingProblem, durations: &[f64], initial_duration: f64) -> Timed {
+        let trajectory = problem.trajectory(durations);
+        let solution = self.unsearched(trajectory.duration());
+        Timed {
+            durations: durations.to_vec(),
+            trajectory,
+            initial_duration,
+            solution,
+            per_joint: None,
+            reference: None,
+            front: None,
+        }
+    }
+
+    /// A limit that the plan has to keep and does not.
+    pub(super) fn violation<'c>(&self, certificate: &'c Certificate) -> Option<&'c Violation> {
+        let full = self.task.constraints == Constraints::Full;
+        // What is not executable breaks limits where it jumps, and says so; no other
+        // excess is excused.
+        let jumps = |v: &Violation| !self.task.interpolation.executable && v.value.is_none();
+        certificate.violations.iter().find(|v| v.limit == "position" || full && !jumps(v))
     }
 
     /// A run that was interrupted is planned again, and one that was cancelled
@@ -223,7 +280,8 @@ impl Run<'_> {
             let before = total.as_ref().map_or((0, 0), |t| (t.iterations, t.evaluations));
             let problem = self.problem(kernel, &[joint]);
             let seed = derive_seed(self.seed, joint as u64);
-            let (alone, solution) = self.minimize(&problem, seed, budget, before)?;
+            let (position, solution) = self.minimize(&problem, seed, budget, before)?;
+            let alone = problem.decode(&position);
             for (segment, (longest, t)) in durations.iter_mut().zip(&alone).enumerate() {
                 if moves(segment) {
                     *longest = longest.max(*t);
@@ -253,7 +311,11 @@ impl Run<'_> {
 
     /// The trajectory for `durations`, stretched by rounding's share where the
     /// certificate would find a peak above its limit.
-    fn lawful(&self, problem: &TimingProblem, mut durations: Vec<f64>) -> (Vec<f64>, Trajectory) {
+    pub(super) fn lawful(
+        &self,
+        problem: &TimingProblem,
+        mut durations: Vec<f64>,
+    ) -> (Vec<f64>, Trajectory) {
         for _ in 0..4 {
             let trajectory = problem.trajectory(&durations);
             let scale = required_scale(&trajectory, self.limits, self.orders());
@@ -301,22 +363,34 @@ impl Run<'_> {
             durations.iter_mut().for_each(|t| *t *= factor);
         }
         let total = durations.iter().sum();
+        Timed {
+            durations,
+            trajectory,
+            initial_duration: total,
+            solution: self.unsearched(total),
+            per_joint: None,
+            reference: None,
+            front: None,
+        }
+    }
+
+    /// What a search would tell that had nothing to search.
+    fn unsearched(&self, duration: f64) -> Solution {
         let point = ConvergencePoint {
             iteration: 0,
             evaluations: 1,
             elapsed_s: self.budget.elapsed_s(),
-            best: Some(total),
+            best: Some(duration),
             mean: None,
         };
-        let solution = Solution {
+        Solution {
             position: None,
-            fitness: total,
+            fitness: duration,
             convergence: vec![point],
             stop_reason: StopReason::Converged,
             iterations: 0,
             evaluations: 1,
-        };
-        Timed { durations, trajectory, initial_duration: total, solution, per_joint: None }
+        }
     }
 
     /// Stretches to the duration asked for, or says that it cannot be reached.
@@ -360,7 +434,7 @@ impl Run<'_> {
     }
 
     /// The search keeps its range; what follows it may have to leave it.
-    fn check_range(&self, durations: &[f64]) -> Result<(), PlanError> {
+    pub(super) fn check_range(&self, durations: &[f64]) -> Result<(), PlanError> {
         let Some(DurationRange { min, max }) = self.task.range else { return Ok(()) };
         let lawful = min * (1.0 - RANGE_TOLERANCE)..=max * (1.0 + RANGE_TOLERANCE);
         let outside = durations.iter().enumerate().find(|(_, t)| !lawful.contains(*t));
@@ -374,14 +448,26 @@ impl Run<'_> {
     }
 
     fn assemble(&self, plan: &PreparedPlan, timed: Timed) -> TrajectoryResult {
-        let Timed { durations, trajectory, initial_duration, solution, per_joint } = timed;
+        let Timed {
+            durations,
+            trajectory,
+            initial_duration,
+            solution,
+            per_joint,
+            reference,
+            front,
+        } = timed;
         let waypoints = &self.task.waypoints;
         let waypoint_times = times(&durations, trajectory.duration());
         let due: Vec<(f64, &[f64])> =
             waypoint_times.iter().copied().zip(waypoints.iter().map(Vec::as_slice)).collect();
         let certificate = Certificate::new(&trajectory, self.limits, &due);
         let duration = trajectory.duration();
-        let metrics = metrics(&trajectory, self.limits, &waypoint_times, initial_duration);
+        let metrics = PlanMetrics {
+            objective: Measures::of_trajectory(&trajectory),
+            reference,
+            ..metrics(&trajectory, self.limits, &waypoint_times, initial_duration)
+        };
         TrajectoryResult {
             robot: plan.robot_name().to_owned(),
             joint_names: self.limits.iter().map(|limit| limit.name.clone()).collect(),
@@ -394,6 +480,7 @@ impl Run<'_> {
             certificate,
             bound: LowerBound::of(waypoints, self.limits, duration),
             metrics,
+            pareto: front,
             per_joint,
             convergence: solution.convergence,
             interpolation: self.task.interpolation.name.to_owned(),
@@ -417,7 +504,7 @@ fn handling(handling: ConstraintHandling) -> Handling {
     }
 }
 
-fn no_candidate(solution: &Solution) -> PlanError {
+pub(super) fn no_candidate(solution: &Solution) -> PlanError {
     let evaluations = solution.evaluations;
     let message = format!(
         "none of {evaluations} candidates kept the limits; widen `durations`, raise the optimizer's \

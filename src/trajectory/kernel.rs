@@ -218,6 +218,9 @@ pub trait Kernel: Send + Sync {
     /// rad or m; zero or less if it does not. Scaling does not change it.
     fn position_excess(&self, joints: &JointLanes, work: &Workspace) -> f64;
 
+    /// [`Family::shares`].
+    fn shares(&self, segment: usize, segments: usize) -> &'static [f64];
+
     /// The curve as a trajectory; it is also left in `work`.
     fn trajectory(
         &self,
@@ -240,6 +243,10 @@ impl<F: Family> Kernel for F {
 
     fn ratios(&self, joints: &JointLanes, durations: &[f64], work: &mut Workspace) {
         Arch::new().dispatch(Ratios::<F> { joints, durations, work, family: PhantomData });
+    }
+
+    fn shares(&self, segment: usize, segments: usize) -> &'static [f64] {
+        F::shares(segment, segments)
     }
 
     fn position_excess(&self, joints: &JointLanes, work: &Workspace) -> f64 {

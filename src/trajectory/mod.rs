@@ -4,11 +4,14 @@ mod bound;
 mod certificate;
 mod curve;
 mod export;
+pub mod front;
 pub mod interpolation;
 pub mod kernel;
 mod limits;
+pub mod objective;
 mod polynomial_trajectory;
 pub mod timing;
+pub mod weighted;
 
 pub use bound::LowerBound;
 pub use certificate::{Certificate, Clearance, JointCertificate, Peak, PositionRange, Violation};

@@ -3,6 +3,7 @@
 use crate::optimize::{Appraisal, Bounds, Candidate, Objective, Ratios};
 
 use super::kernel::{JointLanes, Kernel, KernelLimits, Workspace};
+use super::objective::Measures;
 use super::polynomial_trajectory::Trajectory;
 
 /// What becomes of a candidate that breaks a limit.
@@ -106,6 +107,14 @@ impl TimingProblem {
         TimingCandidate::new(self).scale(durations)
     }
 
+    /// Time, jerk and energy of the curve for `durations`.
+    pub fn measures(&self, durations: &[f64]) -> Measures {
+        let mut candidate = TimingCandidate::new(self);
+        // Leaves the curve in the candidate's memory.
+        self.kernel.ratios(&self.joints, durations, &mut candidate.work);
+        candidate.measures(durations)
+    }
+
     /// The curve for `durations`.
     pub fn trajectory(&self, durations: &[f64]) -> Trajectory {
         let mut work = self.kernel.workspace(&self.joints);
@@ -167,7 +176,7 @@ impl Objective for TimingProblem {
 }
 
 /// Evaluates durations in one thread.
-struct TimingCandidate<'a> {
+pub(super) struct TimingCandidate<'a> {
     problem: &'a TimingProblem,
     work: Workspace,
     durations: Vec<f64>,
@@ -175,7 +184,7 @@ struct TimingCandidate<'a> {
 }
 
 impl<'a> TimingCandidate<'a> {
-    fn new(problem: &'a TimingProblem) -> Self {
+    pub(super) fn new(problem: &'a TimingProblem) -> Self {
         let durations = Vec::with_capacity(problem.joints.segments());
         Self {
             problem,
@@ -187,7 +196,7 @@ impl<'a> TimingCandidate<'a> {
 
     /// The smallest multiple that keeps the derivative limits and the range's
     /// lower end.
-    fn scale(&mut self, durations: &[f64]) -> f64 {
+    pub(super) fn scale(&mut self, durations: &[f64]) -> f64 {
         let problem = self.problem;
         let scale = problem.kernel.scale(&problem.joints, durations, &mut self.work);
         // Where nothing limits the curve, or numbers end, nothing is known.
@@ -201,7 +210,7 @@ impl<'a> TimingCandidate<'a> {
     /// What scaling cannot mend, positive if broken: positions beyond their
     /// limits, relative to the motion's extent, and durations above the range
     /// once `scale` is applied. Speaks of the curve evaluated last.
-    fn violation(&self, durations: &[f64], scale: f64) -> f64 {
+    pub(super) fn violation(&self, durations: &[f64], scale: f64) -> f64 {
         let problem = self.problem;
         let position = problem.kernel.position_excess(&problem.joints, &self.work) / problem.extent;
         match problem.range {
@@ -210,6 +219,37 @@ impl<'a> TimingCandidate<'a> {
             }
             None => position,
         }
+    }
+
+    /// The largest multiple that keeps the range's upper end.
+    pub(super) fn highest_scale(&self, durations: &[f64]) -> f64 {
+        let longest = durations.iter().copied().fold(0.0, f64::max);
+        self.problem.range.map_or(f64::INFINITY, |[_, max]| max / longest)
+    }
+
+    /// Time, jerk and energy of the curve evaluated last.
+    pub(super) fn measures(&self, durations: &[f64]) -> Measures {
+        let TimingProblem { kernel, joints, .. } = self.problem;
+        Measures::of_curve(*kernel, joints, durations, &self.work)
+    }
+
+    /// Everything that has to be at most 1, each of the first degree: roots of
+    /// the peaks' ratios, and what the range and position limits ask.
+    pub(super) fn constraints(&mut self, durations: &[f64], constraints: &mut Vec<f64>) {
+        let problem = self.problem;
+        problem.kernel.ratios(&problem.joints, durations, &mut self.work);
+        self.work.collect(&problem.joints, &mut self.ratios);
+        let roots: [fn(f64) -> f64; 3] = [|ratio| ratio, f64::sqrt, libm::cbrt];
+        constraints.clear();
+        for (list, root) in self.ratios.iter().zip(roots) {
+            constraints.extend(list.iter().map(|ratio| root(*ratio)));
+        }
+        if let Some([min, max]) = problem.range {
+            constraints.extend(durations.iter().map(|t| min / t));
+            constraints.extend(durations.iter().map(|t| t / max));
+        }
+        let excess = problem.kernel.position_excess(&problem.joints, &self.work);
+        constraints.push((1.0 + excess / problem.extent).max(0.0));
     }
 
     /// Han's fitness switch (eqs. 12-15, which leave open how a

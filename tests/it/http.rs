@@ -322,6 +322,7 @@ async fn the_api_description_is_complete() {
         ("/v1/jobs/{id}/convergence", "get"),
         ("/v1/jobs/{id}/plot.svg", "get"),
         ("/v1/jobs/{id}/page", "get"),
+        ("/v1/jobs/{id}/pareto.svg", "get"),
         ("/v1/jobs/{id}/events", "get"),
         ("/v1/verify", "post"),
         ("/v1/robots", "get"),

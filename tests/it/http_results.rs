@@ -105,6 +105,29 @@ async fn convergence_and_motion_are_drawn() {
 }
 
 #[tokio::test]
+async fn a_front_comes_with_the_result_and_is_drawn() {
+    let server = Server::start().await;
+    let mut request = quick_job();
+    request["task"]["objective"] = json!({"time": 1, "energy": 0.2});
+    request["task"]["pareto"] = json!({"objectives": ["time", "energy"], "points": 4});
+    let job = server.succeeded(&request).await;
+    let result = server.json(&format!("{job}/result")).await;
+    let front = &result["pareto"];
+    assert_eq!(front["objectives"][1], json!({"name": "energy", "unit": "(rad, m)²/s⁴"}));
+    assert_eq!(front["points"].as_array().unwrap().len(), 4);
+    let metrics = server.json(&format!("{job}/metrics")).await;
+    assert_eq!(metrics["reference"]["time"], front["points"][0]["values"][0]);
+    assert!(metrics["objective"]["energy"].as_f64() < metrics["reference"]["energy"].as_f64());
+    let picture = server.get(&format!("{job}/pareto.svg")).await;
+    assert_eq!(header(&picture, "content-type"), "image/svg+xml");
+    assert!(picture.text().await.unwrap().contains("4 motions"));
+
+    let plain = server.succeeded(&quick_job()).await;
+    let refused = problem(server.get(&format!("{plain}/pareto.svg")).await, 404, "not_found").await;
+    assert!(refused["detail"].as_str().unwrap().contains("`pareto`"), "{refused}");
+}
+
+#[tokio::test]
 async fn what_is_left_of_a_cancelled_plan_is_served_on_demand() {
     let server = Server::start().await;
     let job = server.submit(&endless_job()).await;

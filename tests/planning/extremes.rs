@@ -57,6 +57,27 @@ fn random_request(random: &mut RandomStream) -> Value {
         task["clock"] = pick(random, &["shared", "per_joint"]).into();
         task["constraint_handling"] =
             pick(random, &["repair_uniform", "repair_segment", "penalty", "reject"]).into();
+        task["objective"] = pick(
+            random,
+            &[
+                Value::Null,
+                Value::Null,
+                json!({ "time": 1, "rms_jerk": 0.1 }),
+                json!({ "time": 1e-9, "energy": 1e9 }),
+                json!({ "energy": 1 }),
+            ],
+        );
+        let objectives = json!(["time", "rms_jerk"]);
+        task["pareto"] = pick(
+            random,
+            &[
+                Value::Null,
+                Value::Null,
+                Value::Null,
+                json!({ "objectives": objectives, "points": 3 }),
+                json!({ "objectives": objectives, "method": "nsga2", "population": 8, "generations": 2 }),
+            ],
+        );
         task["constraints"] = pick(random, &["full", "full", "velocity_only"]).into();
         task["durations"] = pick(
             random,

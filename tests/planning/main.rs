@@ -14,6 +14,7 @@ mod golden;
 mod honesty;
 mod kernel;
 mod limits;
+mod objectives;
 mod optimizers;
 mod snapshots;
 mod support;

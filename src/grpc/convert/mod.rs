@@ -195,6 +195,16 @@ impl<T: MessageForm<M>, M> MessageForm<Option<M>> for Option<T> {
     }
 }
 
+impl<T: MessageForm<M>, M> MessageForm<M> for Box<T> {
+    fn into_message(self) -> M {
+        T::into_message(*self)
+    }
+
+    fn from_message(message: M, place: Place<'_>, faults: &mut Faults) -> Self {
+        Self::new(T::from_message(message, place, faults))
+    }
+}
+
 impl<T: MessageForm<M>, M> MessageForm<Vec<M>> for Vec<T> {
     fn into_message(self) -> Vec<M> {
         self.into_iter().map(T::into_message).collect()

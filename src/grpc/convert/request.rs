@@ -5,10 +5,11 @@ use crate::fault::Faults;
 use crate::grpc::proto;
 use crate::plan::{
     Clock, ConstraintHandling, Constraints, DurationGoal, DurationRange, Leg, LimitOverride,
-    LimitOverrides, LimitScale, LimitValues, OptimizerChoice, PlanRequest, ProgramTask, RobotRef,
-    Task, WaypointsTask,
+    LimitOverrides, LimitScale, LimitValues, ObjectiveWeights, OptimizerChoice, ParetoMethod,
+    ParetoRequest, PlanRequest, ProgramTask, RobotRef, Task, WaypointsTask,
 };
 use crate::robot::RobotDescription;
+use crate::trajectory::objective::ObjectiveName;
 
 message_form!(PlanRequest { robot, task: Required, seed, limits, limit_scale });
 
@@ -19,6 +20,17 @@ message_form!(Leg { name, note, task: Required });
 message_form!(OptimizerChoice { name, parameters });
 
 message_form!(DurationRange { min, max });
+
+message_form!(ObjectiveWeights { time, rms_jerk, energy });
+
+message_form!(ParetoRequest { objectives, points, method, max_stretch, population, generations });
+
+message_enum!(ObjectiveName { Time, RmsJerk, Energy }, unspecified: None);
+
+message_enum!(
+    ParetoMethod { EpsilonConstraint, Nsga2 },
+    unspecified: Some(Self::default())
+);
 
 message_form!(LimitOverrides { lower, upper, velocity, acceleration, jerk });
 
@@ -109,6 +121,9 @@ impl MessageForm<proto::WaypointsTask> for WaypointsTask {
             constraints,
             durations,
             duration,
+            objective,
+            pareto,
+            fixed_durations,
         } = self;
         proto::WaypointsTask {
             waypoints: waypoints.into_message(),
@@ -119,6 +134,9 @@ impl MessageForm<proto::WaypointsTask> for WaypointsTask {
             constraints: constraints.into_message(),
             durations: durations.into_message(),
             duration: duration.into_message(),
+            objective: objective.into_message(),
+            pareto: pareto.into_message(),
+            fixed_durations: fixed_durations.into_message(),
         }
     }
 
@@ -132,6 +150,9 @@ impl MessageForm<proto::WaypointsTask> for WaypointsTask {
             constraints,
             durations,
             duration,
+            objective,
+            pareto,
+            fixed_durations,
         } = message;
         let super::Defaulted(optimizer) =
             MessageForm::from_message(optimizer, place.field("optimizer"), faults);
@@ -147,6 +168,13 @@ impl MessageForm<proto::WaypointsTask> for WaypointsTask {
             constraints: MessageForm::from_message(constraints, place.field("constraints"), faults),
             durations: MessageForm::from_message(durations, place.field("durations"), faults),
             duration: MessageForm::from_message(duration, place.field("duration"), faults),
+            objective: MessageForm::from_message(objective, place.field("objective"), faults),
+            pareto: MessageForm::from_message(pareto, place.field("pareto"), faults),
+            fixed_durations: MessageForm::from_message(
+                fixed_durations,
+                place.field("fixed_durations"),
+                faults,
+            ),
         }
     }
 }

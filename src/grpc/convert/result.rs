@@ -6,9 +6,10 @@ use crate::fault::Faults;
 use crate::grpc::proto;
 use crate::optimize::ConvergencePoint;
 use crate::plan::{
-    Binding, ComparisonResult, JointOptimum, LegResult, PlanMetrics, PlanResult, ProgramResult,
-    TrajectoryResult,
+    Binding, ComparisonResult, JointOptimum, LegResult, ParetoAxis, ParetoFront, ParetoPoint,
+    PlanMetrics, PlanResult, ProgramResult, TrajectoryResult,
 };
+use crate::trajectory::objective::Measures;
 use crate::trajectory::{
     Certificate, Clearance, JointCertificate, LowerBound, Peak, PositionRange, Trajectory,
     Violation,
@@ -26,6 +27,7 @@ message_form!(TrajectoryResult {
     certificate: Required,
     bound,
     metrics: Required,
+    pareto,
     per_joint,
     convergence,
     interpolation,
@@ -60,7 +62,17 @@ message_form!(PlanMetrics {
     mean_utilisation,
     path_length,
     binding,
+    objective: Defaulted,
+    reference,
 });
+
+message_form!(Measures { time, rms_jerk, energy });
+
+message_form!(ParetoFront { objectives, method, points });
+
+message_form!(ParetoAxis { name, unit });
+
+message_form!(ParetoPoint { values, durations, worst_ratio });
 
 message_form!(Binding { segment, joint, limit });
 

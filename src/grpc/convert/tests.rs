@@ -44,6 +44,10 @@ fn waypoints_task() -> Value {
         "optimizer": {"name": "improved_pso", "population": 50, "w": 0.7, "own": {"deep": [true]}},
         "constraint_handling": "penalty", "constraints": "velocity_only",
         "durations": {"min": 0.02, "max": 10.0}, "duration": {"at_most": 3.2},
+        "objective": {"time": 1.0, "rms_jerk": 0.5, "energy": 0.25},
+        "pareto": {"objectives": ["time", "rms_jerk", "energy"], "points": 9, "method": "nsga2",
+            "max_stretch": 3.0, "population": 40, "generations": 50},
+        "fixed_durations": [0.5],
     })
 }
 
@@ -88,7 +92,13 @@ pub(crate) fn trajectory_result() -> Value {
         "bound": {"lower": 2.9, "gap": 0.03, "method": "speed"},
         "metrics": {"initial_duration": 12.0, "saved": 0.75, "rms_jerk": [1.0, 2.0],
             "mean_utilisation": [0.5, null], "path_length": [3.0, 3.0],
-            "binding": [{"segment": 1, "joint": "j1", "limit": "velocity"}]},
+            "binding": [{"segment": 1, "joint": "j1", "limit": "velocity"}],
+            "objective": {"time": 3.0, "rms_jerk": 9.0, "energy": 2.0},
+            "reference": {"time": 2.5, "rms_jerk": 12.0, "energy": 4.0}},
+        "pareto": {"objectives": [{"name": "time", "unit": "s"}, {"name": "energy", "unit": "rad²/s⁴"}],
+            "method": "epsilon_constraint", "points": [
+                {"values": [2.5, 4.0], "durations": [0.8, 0.8, 0.9], "worst_ratio": 1.0},
+                {"values": [3.0, 2.0], "durations": [1.0, 1.0, 1.0], "worst_ratio": 0.9}]},
         "per_joint": [{"joint": "j1", "durations": [1.0, 1.0, 0.5], "duration": 2.5,
             "evaluations": 10}],
         "convergence": [
@@ -430,6 +440,8 @@ fn objects() -> BTreeMap<&'static str, Value> {
         ("PlanRequest", plan),
         ("WaypointsTask", task.clone()),
         ("DurationRange", task["durations"].clone()),
+        ("ObjectiveWeights", task["objective"].clone()),
+        ("ParetoRequest", task["pareto"].clone()),
         ("ProgramTask", without(request["task"].clone(), &["type"])),
         ("Leg", request["task"]["legs"][0].clone()),
         ("LimitOverrides", request["limits"].clone()),
@@ -470,6 +482,10 @@ fn objects() -> BTreeMap<&'static str, Value> {
         ("Clearance", certificate["clearance"].clone()),
         ("LowerBound", result["bound"].clone()),
         ("PlanMetrics", result["metrics"].clone()),
+        ("Measures", result["metrics"]["objective"].clone()),
+        ("ParetoFront", result["pareto"].clone()),
+        ("ParetoAxis", result["pareto"]["objectives"][0].clone()),
+        ("ParetoPoint", result["pareto"]["points"][0].clone()),
         ("Binding", result["metrics"]["binding"][0].clone()),
         ("JointOptimum", result["per_joint"][0].clone()),
         ("ConvergencePoint", result["convergence"][0].clone()),
