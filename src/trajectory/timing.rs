@@ -41,6 +41,9 @@ pub struct TimingProblem {
 /// Sweeps of [`Handling::RepairSegment`] before it scales uniformly.
 const SWEEPS: usize = 4;
 
+/// Rounds in which a repaired candidate loses what rounding left above a limit.
+const ROUNDINGS: usize = 4;
+
 /// The search range around a segment's rest-to-rest duration.
 const DEFAULT_RANGE: [f64; 2] = [0.05, 2.0];
 
@@ -353,8 +356,11 @@ impl Candidate for TimingCandidate<'_> {
         self.repair_segments(position);
         // Rounding may leave it a hair above, where a rejecting problem would
         // not take it.
-        let scale = self.scale(position);
-        if scale > 1.0 {
+        for _ in 0..ROUNDINGS {
+            let scale = self.scale(position);
+            if scale <= 1.0 {
+                break;
+            }
             position.iter_mut().for_each(|t| *t *= scale * (1.0 + 4.0 * f64::EPSILON));
         }
         // A search range ends where it ends: the repaired particle starts on it.

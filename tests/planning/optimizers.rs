@@ -474,7 +474,11 @@ fn repaired_candidates_are_lawful() {
         candidate.repair(&mut x);
         // The box may be too short for some proportions.
         if x.iter().zip(&bounds.upper).all(|(x, upper)| x < upper) {
-            assert!(candidate.fitness(&x).is_finite(), "{x:?}");
+            assert!(
+                candidate.fitness(&x).is_finite(),
+                "{x:?}, scale {:e}",
+                problem.scale(&x) - 1.0
+            );
         }
     }
 }
