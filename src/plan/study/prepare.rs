@@ -308,6 +308,16 @@ fn check_comparable(task: &WaypointsTask, pointer: &str, faults: &mut Faults) {
         let detail = "methods are compared by the shortest duration they find";
         faults.add(format!("{pointer}/duration"), detail);
     }
+    for (name, given) in [
+        ("objective", task.objective.is_some()),
+        ("pareto", task.pareto.is_some()),
+        ("fixed_durations", task.fixed_durations.is_some()),
+    ] {
+        if given {
+            let detail = "methods are compared by time alone, on durations they search";
+            faults.add(format!("{pointer}/{name}"), detail);
+        }
+    }
 }
 
 /// What every method has to fit.
@@ -383,9 +393,9 @@ impl MethodCheck {
         }
         let settings = entry.settings(&given, place, given_faults);
         let iterations = match (benchmark, settings.optional("population")) {
-            (Some([_, iterations]), _) => Some(u64::from(iterations)),
             // The schedule of a method ends with the evaluations.
-            (None, Some(size)) => Some((self.max_evaluations / size as u64).max(1) - 1),
+            (_, Some(size)) => Some((self.max_evaluations / size as u64).max(1) - 1),
+            (Some([_, iterations]), None) => Some(u64::from(iterations)),
             (None, None) => None,
         };
         if let Some(iterations) = iterations {

@@ -184,20 +184,21 @@ pub fn verdict(study: &PreparedStudy, problems: &[ProblemResult]) -> String {
         _ => format!("medians average {:.3} % above the best known duration", 100.0 * gap),
     };
     let proven = match (clear, count) {
-        (0, _) => "never with proven difference to all others".to_owned(),
-        (_, 1) => "with proven difference to all others".to_owned(),
-        (clear, _) => format!("on {clear} with proven difference to all others"),
+        (0, _) => "nowhere significantly better than all others".to_owned(),
+        (_, 1) => "significantly better than all others".to_owned(),
+        (clear, _) => format!("on {clear} significantly better than all others"),
     };
     let exact = match study.task {
         "benchmark" => String::new(),
         _ => {
             let reached = problems.iter().filter(|it| optimum_is_best(it)).count();
             format!(
-                " The deterministic `exact` is at the best known duration on {reached} of {count}."
+                "Use `exact`: deterministic, it is at the best known duration on {reached} of {count} \
+                 problems. Of the methods with seeds "
             )
         }
     };
-    format!("{label} did best {on}, {proven} (p < {SIGNIFICANT}); its {gap}.{exact}")
+    format!("{exact}{label} did best {on}, {proven} (p < {SIGNIFICANT}); its {gap}.")
 }
 
 /// True if no run found anything better than the optimum, rounding aside.
@@ -206,10 +207,12 @@ fn optimum_is_best(problem: &ProblemResult) -> bool {
     values.is_some_and(|(optimum, best)| optimum.value <= best * (1.0 + 1e-6))
 }
 
-/// True if `label` is the best on `problem` and every other one is proven worse.
+/// True if `label` is the best on `problem` and every other one is significantly worse, and there is another.
 fn clearly_best(problem: &ProblemResult, label: &str) -> bool {
-    let mut p_values = problem.methods.iter().filter_map(|row| row.p_value);
-    problem.best_method.as_deref() == Some(label) && p_values.all(|p| p < SIGNIFICANT)
+    let p_values: Vec<f64> = problem.methods.iter().filter_map(|row| row.p_value).collect();
+    problem.best_method.as_deref() == Some(label)
+        && !p_values.is_empty()
+        && p_values.iter().all(|&p| p < SIGNIFICANT)
 }
 
 /// The mean over all problems of a method's median gap.
