@@ -15,6 +15,7 @@ mod honesty;
 mod kernel;
 mod limits;
 mod optimizers;
+mod reproduce;
 mod snapshots;
 mod support;
 mod watched;
