@@ -20,6 +20,7 @@ pub mod plan;
 pub mod job;
 pub mod picture;
 
+pub mod reproduce;
 pub mod service;
 pub mod store;
 

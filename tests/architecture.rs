@@ -18,7 +18,7 @@ const LAYERS: &[&[&str]] = &[
     &["trajectory"],
     &["plan"],
     &["job", "picture"],
-    &["service"],
+    &["service", "reproduce"],
     &["store", "http", "grpc"],
     &["config"],
     &["app"],
@@ -40,7 +40,7 @@ const RESERVED: &[(&str, &[&str])] = &[
 
 /// Modules that run without a runtime, files or network.
 const PURE: &[&str] =
-    &["math", "budget", "fault", "optimize", "robot", "trajectory", "plan", "picture"];
+    &["math", "budget", "fault", "optimize", "robot", "trajectory", "plan", "picture", "reproduce"];
 
 fn layer(module: &str) -> Option<usize> {
     LAYERS.iter().position(|modules| modules.contains(&module))

@@ -15,6 +15,7 @@ mod jobs;
 mod output;
 mod planning;
 mod progress;
+mod reproduce;
 mod serve;
 mod table;
 
@@ -61,6 +62,8 @@ enum Command {
     Scenarios(catalogue::ScenarioOptions),
     /// List interpolations and optimizers with their parameters
     Methods(catalogue::MethodOptions),
+    /// Run the experiments of published papers again and report
+    Reproduce(reproduce::Options),
     /// Ask a server whether it can take jobs
     Health(jobs::HealthOptions),
 }
@@ -100,6 +103,7 @@ impl Command {
             Self::Robots(options) => catalogue::robots(options).await,
             Self::Scenarios(options) => catalogue::scenarios(options),
             Self::Methods(options) => catalogue::methods(options),
+            Self::Reproduce(options) => reproduce::run(options).await,
             Self::Health(options) => jobs::health(options).await,
         }
     }

@@ -16,6 +16,7 @@ mod kernel;
 mod limits;
 mod objectives;
 mod optimizers;
+mod reproduce;
 mod snapshots;
 mod support;
 mod watched;

@@ -1,0 +1,76 @@
+//! What becomes of a published figure when its experiment is run again.
+
+/// How a published figure and ours stand to each other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// Ours agrees with the published figure.
+    Reproduces,
+    /// Ours is of the same order of magnitude.
+    OrderOfMagnitude,
+    /// The paper's own figures do not fit together.
+    PaperContradictsItself,
+    /// What was published breaks the limits stated for it.
+    BreaksItsLimits,
+    /// The paper leaves out what a comparison would need.
+    CannotBeCompared,
+    /// Ours differs by more than an order of magnitude, or in what it shows.
+    DoesNotReproduce,
+}
+
+impl Verdict {
+    /// All verdicts, in the order of the summary.
+    pub const ALL: [Self; 6] = [
+        Self::Reproduces,
+        Self::OrderOfMagnitude,
+        Self::PaperContradictsItself,
+        Self::BreaksItsLimits,
+        Self::CannotBeCompared,
+        Self::DoesNotReproduce,
+    ];
+
+    /// The verdict in words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Reproduces => "reproduces",
+            Self::OrderOfMagnitude => "same order of magnitude",
+            Self::PaperContradictsItself => "the paper contradicts itself",
+            Self::BreaksItsLimits => "breaks its own limits",
+            Self::CannotBeCompared => "cannot be compared",
+            Self::DoesNotReproduce => "does not reproduce",
+        }
+    }
+
+    /// Judges ours against a published figure that is zero or positive: within
+    /// `tolerance`, a share, it reproduces; within a factor of ten it is of the
+    /// same order. Figures below 1e-30 differ in nothing but when a search was
+    /// stopped, and count as one order.
+    pub fn of(published: f64, ours: f64, tolerance: f64) -> Self {
+        if published == ours || (ours - published).abs() <= tolerance * published {
+            return Self::Reproduces;
+        }
+        let tiny = published.max(ours) < 1e-30;
+        let near = ours > 0.1 * published && ours < 10.0 * published;
+        if tiny || near { Self::OrderOfMagnitude } else { Self::DoesNotReproduce }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Verdict;
+
+    #[test]
+    fn figures_are_judged_by_their_ratio() {
+        let cases = [
+            (7.0, 7.05, Verdict::Reproduces),
+            (0.0, 0.0, Verdict::Reproduces),
+            (7.0, 30.0, Verdict::OrderOfMagnitude),
+            (0.0, 1e-200, Verdict::OrderOfMagnitude),
+            (1.0, 11.0, Verdict::DoesNotReproduce),
+            (1.0, 0.0, Verdict::DoesNotReproduce),
+            (1.0, f64::NAN, Verdict::DoesNotReproduce),
+        ];
+        for (published, ours, expected) in cases {
+            assert_eq!(Verdict::of(published, ours, 0.01), expected, "{published} {ours}");
+        }
+    }
+}
