@@ -18,6 +18,7 @@ each method states its own.
 
 import json
 import math
+import os
 
 MASK = (1 << 64) - 1
 INFINITY = math.inf
@@ -27,11 +28,19 @@ class Stream:
     """xoshiro256++ seeded by SplitMix64 from a mix of seed and stream number."""
 
     def __init__(self, seed, stream=0):
+        self.seed = seed
         state = self.finalize((seed + (stream + 1) * 0x9E3779B97F4A7C15) & MASK)
         self.words = []
         for _ in range(4):
             state = (state + 0x9E3779B97F4A7C15) & MASK
             self.words.append(self.finalize(state))
+
+    @classmethod
+    def of_words(cls, words):
+        """xoshiro256++ in a given state."""
+        stream = cls(0)
+        stream.words = list(words)
+        return stream
 
     @staticmethod
     def finalize(z):
@@ -41,18 +50,39 @@ class Stream:
 
     def unit(self):
         """Uniform in [0, 1): the upper 53 bits of the next word."""
+        return (self.word() >> 11) / 2.0**53
+
+    def word(self):
         rotate = lambda x, k: ((x << k) | (x >> (64 - k))) & MASK
         a, b, c, d = self.words
         word = (rotate((a + d) & MASK, 23) + a) & MASK
         c, d = c ^ a, d ^ b
         self.words = [a ^ d, b ^ c, c ^ ((b << 17) & MASK), rotate(d, 45)]
-        return (word >> 11) / 2.0**53
+        return word
 
     def between(self, lower, upper):
         return lower + (upper - lower) * self.unit()
 
     def below(self, count):
         return int(self.unit() * count)
+
+
+class Lanes:
+    """Eight generators side by side; each word gives two numbers of 32 bits."""
+
+    def __init__(self, seed, stream):
+        mix = lambda seed, n: Stream.finalize((seed + (n + 1) * 0x9E3779B97F4A7C15) & MASK)
+        own = mix(seed, stream)
+        self.lanes = [
+            Stream.of_words(mix(own, 4 * lane + word) for word in range(4)) for lane in range(8)
+        ]
+
+    def pairs(self, count):
+        """`count` pairs; the lanes take turns, and all draw in every round."""
+        words = []
+        while len(words) < count:
+            words += [lane.word() for lane in self.lanes]
+        return [((w >> 32) / 2.0**32, (w & 0xFFFFFFFF) / 2.0**32) for w in words[:count]]
 
 
 # Problems. Each answers (fitness, cost, excess); see problems in
@@ -293,6 +323,7 @@ def dual_pso(problem, random, settings, memory):
     values = [answer[0] for answer in (yield position)]
     own, own_values = [list(x) for x in position], list(values)
     yield None
+    lanes = Lanes(random.seed, 1)
     iteration = 0
     while True:
         iteration += 1
@@ -304,9 +335,10 @@ def dual_pso(problem, random, settings, memory):
             own = [list(x) for x in position]
         else:
             inertia = 0.9 - (0.9 - 0.4) * iteration / last
+            drawn = iter(lanes.pairs(size * len(lower)))
             for i in range(size):
                 for d in dimensions:
-                    r1, r2 = random.unit(), random.unit()
+                    r1, r2 = next(drawn)
                     x, vmax = position[i][d], 0.1 * (upper[d] - lower[d])
                     pull = 1.96 * r1 * (own[i][d] - x) + 1.96 * r2 * (memory.position[d] - x)
                     v = min(max(inertia * velocity[i][d] + pull, -vmax), vmax)
@@ -336,7 +368,61 @@ def dual_pso(problem, random, settings, memory):
         yield None
 
 
-METHODS = {"aga": aga, "coa": coa, "dual_pso": dual_pso, "ga": ga}
+def flock(weights):
+    """A plain swarm; `weights(iteration, last)` gives inertia, factor, c and the
+    largest step as a share of the box, none for a swarm without velocity."""
+
+    def method(problem, random, settings, memory):
+        size, last = settings["population"], settings["iterations"]
+        lower, upper = problem.lower, problem.upper
+        position = [anywhere(problem, random) for _ in range(size)]
+        velocity = [[0.0] * len(lower) for _ in range(size)]
+        own, own_values = [list(x) for x in position], [INFINITY] * size
+        lanes = Lanes(random.seed, 1)
+        iteration = 0
+        while True:
+            values = [answer[0] for answer in (yield [list(x) for x in position])]
+            for i in range(size):
+                if values[i] < own_values[i]:
+                    own[i], own_values[i] = list(position[i]), values[i]
+            yield None
+            iteration += 1
+            inertia, factor, c, share = weights(iteration, last)
+            drawn = iter(lanes.pairs(size * len(lower)))
+            for i in range(size):
+                for d in range(len(lower)):
+                    (r1, r2), x = next(drawn), position[i][d]
+                    pull = c * r1 * (own[i][d] - x) + c * r2 * (memory.position[d] - x)
+                    if share is None:
+                        moved = inertia * x + pull
+                    else:
+                        vmax = share * (upper[d] - lower[d])
+                        velocity[i][d] = min(max(factor * (inertia * velocity[i][d] + pull), -vmax), vmax)
+                        moved = x + velocity[i][d]
+                    position[i][d] = min(max(moved, lower[d]), upper[d])
+                    if position[i][d] != moved:
+                        velocity[i][d] = 0.0
+
+    return method
+
+
+CHI = 2.0 / abs(2.0 - 4.1 - math.sqrt(4.1 * 4.1 - 4.0 * 4.1))
+
+
+def falling(k, last):
+    return 0.9 - 0.5 * k / last
+
+
+METHODS = {
+    "aga": aga,
+    "cfpso": flock(lambda k, last: (1.0, CHI, 2.05, 1.0)),
+    "coa": coa,
+    "dual_pso": dual_pso,
+    "ga": ga,
+    "pso": flock(lambda k, last: (1.0, 1.0, 2.0, 0.1)),
+    "pso_linear": flock(lambda k, last: (falling(k, last), 1.0, 2.0, 0.1)),
+    "spso": flock(lambda k, last: (falling(k, last), 1.0, 2.0, None)),
+}
 
 GA = {"population": 4, "elite": 1, "tournament": 2, "crossover_rate": 0.8, "mutation_rate": 0.4}
 AGA = {"population": 4, "iterations": 10, "penalty": 10.0, "penalty_doubling": 2.0}
@@ -365,6 +451,10 @@ CASES = [
     ("dual_pso", "fence_reject", 193, 4, DUAL | {"h2_repair": False}),
     ("dual_pso", "fence_reject", 36, 4, DUAL | {"h2_from_position": True}),
     ("dual_pso", "bowl", 2, 4, DUAL),
+    ("pso", "bowl", 4, 4, DUAL),
+    ("pso_linear", "bowl", 5, 4, DUAL | {"population": 5}),
+    ("cfpso", "bowl", 6, 4, DUAL),
+    ("spso", "bowl", 7, 4, DUAL | {"population": 9}),
 ]
 
 
@@ -391,7 +481,7 @@ def main():
         told = run(method, problem, seed, generations, settings)
         case = {"optimizer": method, "problem": problem, "seed": seed, "settings": settings}
         cases.append(case | {"generations": told})
-    with open("golden_optimizers.json", "w") as file:
+    with open(os.path.join(os.path.dirname(__file__), "golden_optimizers.json"), "w") as file:
         file.write("[\n" + ",\n".join(json.dumps(case) for case in cases) + "\n]\n")
 
 
