@@ -41,11 +41,12 @@ impl Verdict {
     }
 
     /// Judges ours against a published figure that is zero or positive: within
-    /// `tolerance`, a share, it reproduces; within a factor of ten it is of the
+    /// a factor of `1 + tolerance`, up or down, it reproduces; within a factor of ten it is of the
     /// same order. Figures below 1e-30 differ in nothing but when a search was
     /// stopped, and count as one order.
     pub fn of(published: f64, ours: f64, tolerance: f64) -> Self {
-        if published == ours || (ours - published).abs() <= tolerance * published {
+        let factor = 1.0 + tolerance;
+        if published == ours || ours * factor >= published && ours <= published * factor {
             return Self::Reproduces;
         }
         let tiny = published.max(ours) < 1e-30;
@@ -72,5 +73,9 @@ mod tests {
         for (published, ours, expected) in cases {
             assert_eq!(Verdict::of(published, ours, 0.01), expected, "{published} {ours}");
         }
+        // Far better is as far off as far worse.
+        assert_eq!(Verdict::of(1.0, 1e-12, 1.0), Verdict::DoesNotReproduce);
+        assert_eq!(Verdict::of(1.0, 0.4, 1.0), Verdict::OrderOfMagnitude);
+        assert_eq!(Verdict::of(1.0, 0.6, 1.0), Verdict::Reproduces);
     }
 }
