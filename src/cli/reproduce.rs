@@ -12,7 +12,7 @@ use super::{input, output};
 /// Options of `takt reproduce`.
 #[derive(Debug, Args)]
 pub(super) struct Options {
-    /// A paper: chen or han; default all
+    /// A paper: chen, han, shu or lin_yang; default all
     #[arg(value_name = "PAPER")]
     paper: Option<String>,
     /// Runs of every method that has seeds
@@ -36,7 +36,11 @@ pub(super) async fn run(options: Options) -> Result<(), Failure> {
         .map_err(|error| Failure::planning(error.to_string()))?;
     output::write(&options.out.join("report.md"), report.markdown().as_bytes())?;
     output::write(&options.out.join("report.html"), report.html().as_bytes())?;
-    output::print(&format!("report.md and report.html are in {}", options.out.display()))
+    output::print(&format!(
+        "{}\n{} and report.md beside it",
+        report.headline,
+        options.out.join("report.html").display()
+    ))
 }
 
 fn papers(name: Option<&str>) -> Result<Vec<&'static Paper>, Failure> {

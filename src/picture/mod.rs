@@ -1,10 +1,11 @@
 //! Pictures of results, as SVG: motion over time, the search's convergence and
-//! fronts and methods compared; and pages that hold them.
+//! fronts, methods compared, published figures beside ours; and pages that hold them.
 //!
 //! Pure: a result goes in, a text comes out. Drawing never fails and never
 //! panics, whatever the numbers; what cannot be shown is left out.
 
 mod bands;
+mod beside;
 mod canvas;
 mod chart;
 mod convergence;
@@ -15,6 +16,7 @@ mod pareto;
 mod scale;
 
 pub use bands::bands;
+pub use beside::{Beside, NAMES, beside};
 pub use convergence::{Curve, convergence};
 pub use motion::{Section, plot};
 pub use pareto::pareto;

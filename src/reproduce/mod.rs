@@ -1,16 +1,23 @@
 //! The experiments of published papers, run again: their tables beside ours, a
 //! verdict per figure and a reason. Nothing is tuned to match; methods run with
-//! the papers' parameters where printed and their defaults otherwise.
+//! the papers' parameters where printed and their defaults otherwise, through
+//! the same requests that anybody may send.
 
 mod chen;
 mod experiment;
 mod han;
+mod lin_yang;
+mod possible;
 mod report;
+mod shu;
+mod summary;
 mod verdict;
 
 pub use experiment::ReproduceError;
-pub use report::{Report, Section};
+pub use report::{Findings, Report, Section};
 pub use verdict::Verdict;
+
+use possible::Problem;
 
 /// Runs of every method where the caller names no number, as Chen et al. took.
 pub const DEFAULT_RUNS: u32 = 30;
@@ -19,15 +26,44 @@ pub const DEFAULT_RUNS: u32 = 30;
 pub struct Paper {
     /// Name on the command line.
     pub name: &'static str,
+    /// Name in the report.
+    pub title: &'static str,
     /// What to cite.
     pub citation: &'static str,
     sections: fn(u32) -> Result<Vec<Section>, ReproduceError>,
+    problems: fn() -> Result<Vec<Problem>, ReproduceError>,
 }
 
 /// All papers.
 pub static PAPERS: &[Paper] = &[
-    Paper { name: "chen", citation: chen::CITATION, sections: chen::sections },
-    Paper { name: "han", citation: han::CITATION, sections: han::sections },
+    Paper {
+        name: "chen",
+        title: "Chen et al. 2023",
+        citation: chen::CITATION,
+        sections: chen::sections,
+        problems: chen::problems,
+    },
+    Paper {
+        name: "han",
+        title: "Han et al. 2022",
+        citation: han::CITATION,
+        sections: han::sections,
+        problems: han::problems,
+    },
+    Paper {
+        name: "shu",
+        title: "Shu et al.",
+        citation: shu::CITATION,
+        sections: shu::sections,
+        problems: shu::problems,
+    },
+    Paper {
+        name: "lin_yang",
+        title: "Lin and Yang",
+        citation: lin_yang::CITATION,
+        sections: lin_yang::sections,
+        problems: lin_yang::problems,
+    },
 ];
 
 /// The paper called `name`.
@@ -35,34 +71,25 @@ pub fn paper(name: &str) -> Option<&'static Paper> {
     PAPERS.iter().find(|paper| paper.name == name)
 }
 
-/// Runs the experiments of `papers` and reports, a summary first.
+/// Runs the experiments of `papers` and reports, a summary first. Methods with
+/// random numbers run with `runs` seeds. `progress` is told what begins.
+///
+/// # Errors
+///
+/// An experiment that cannot be posed, or a plan without random numbers that
+/// fails. A seed that finds nothing lawful is no error: the report counts it.
 pub fn reproduce(
     papers: &[&Paper],
     runs: u32,
     progress: &dyn Fn(&str),
 ) -> Result<Report, ReproduceError> {
-    let mut sections = Vec::new();
-    for paper in papers {
-        progress(&format!("{}: {}", paper.name, paper.citation));
-        sections.extend((paper.sections)(runs)?);
+    let (mut results, mut problems) = (Vec::new(), Vec::new());
+    for (at, paper) in papers.iter().enumerate() {
+        progress(&format!("{} of {}: {}, {runs} runs", at + 1, papers.len(), paper.title));
+        results.push((*paper, (paper.sections)(runs)?));
+        problems.extend((paper.problems)()?);
     }
-    sections.insert(0, summary(papers, runs, &sections));
-    Ok(Report { title: "Published experiments, run again".to_owned(), sections })
-}
-
-fn summary(papers: &[&Paper], runs: u32, sections: &[Section]) -> Section {
-    let mut summary = Section::new("Summary");
-    for paper in papers {
-        summary.paragraph(format!("{}: {}", paper.name, paper.citation));
-    }
-    summary.paragraph(format!(
-        "{runs} runs of every seeded method, seeds 0 and up. A figure reproduces if ours is within \
-         1 % of it (means of benchmark functions: a factor of two); otherwise it is judged by order \
-         of magnitude."
-    ));
-    let given: Vec<Verdict> = sections.iter().flat_map(Section::verdicts).copied().collect();
-    let count = |verdict: &Verdict| given.iter().filter(|it| *it == verdict).count();
-    let row = |verdict: &Verdict| vec![verdict.words().to_owned(), count(verdict).to_string()];
-    summary.table(&["verdict", "figures"], Verdict::ALL.iter().map(row).collect());
-    summary
+    progress("what is possible: exact plans of the same motions");
+    let (possible, claim) = possible::section(&problems)?;
+    Ok(summary::report(results, possible, claim, runs))
 }

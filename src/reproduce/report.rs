@@ -1,5 +1,7 @@
 //! A report as data, rendered to Markdown and to a page of HTML.
 
+use serde_json::Value;
+
 use super::verdict::Verdict;
 use crate::picture::page::{self, Cell, Html};
 
@@ -8,6 +10,8 @@ use crate::picture::page::{self, Cell, Html};
 pub struct Report {
     /// Its title.
     pub title: String,
+    /// What stands out of it, in a sentence or two.
+    pub headline: String,
     /// Its sections in order.
     pub sections: Vec<Section>,
 }
@@ -17,20 +21,58 @@ pub struct Report {
 pub struct Section {
     heading: String,
     blocks: Vec<Block>,
-    verdicts: Vec<Verdict>,
+}
+
+/// Published figures beside ours, each with a verdict and the reason for it.
+#[derive(Clone, Debug)]
+pub struct Findings {
+    heads: Vec<String>,
+    rows: Vec<Finding>,
+    /// What stands for the table as long as a reader has not opened it.
+    folded: Option<String>,
+}
+
+/// One published figure and what became of it.
+#[derive(Clone, Debug)]
+struct Finding {
+    cells: Vec<String>,
+    verdict: Verdict,
+    reason: String,
 }
 
 #[derive(Clone, Debug)]
 enum Block {
     Paragraph(String),
-    Table { heads: Vec<String>, rows: Vec<Vec<String>> },
+    Table { heads: Vec<String>, rows: Vec<Vec<Cell>> },
+    Findings(Findings),
     Figure { svg: String, caption: String },
+    Request { title: String, request: Value },
+}
+
+impl Findings {
+    /// An empty table; `heads` are its columns before the verdict, the first of
+    /// which names the figure.
+    pub fn new(heads: &[&str]) -> Self {
+        let heads = heads.iter().map(|head| (*head).to_owned()).collect();
+        Self { heads, rows: Vec::new(), folded: None }
+    }
+
+    /// The same, shown on request only, under this title.
+    #[must_use]
+    pub fn folded(self, title: &str) -> Self {
+        Self { folded: Some(title.to_owned()), ..self }
+    }
+
+    /// Adds a figure: its cells, what became of it and why.
+    pub fn add(&mut self, cells: Vec<String>, verdict: Verdict, reason: impl Into<String>) {
+        self.rows.push(Finding { cells, verdict, reason: reason.into() });
+    }
 }
 
 impl Section {
     /// An empty section.
     pub fn new(heading: impl Into<String>) -> Self {
-        Self { heading: heading.into(), blocks: Vec::new(), verdicts: Vec::new() }
+        Self { heading: heading.into(), blocks: Vec::new() }
     }
 
     /// Adds a paragraph.
@@ -39,9 +81,14 @@ impl Section {
     }
 
     /// Adds a table; the first column heads its rows.
-    pub fn table(&mut self, heads: &[&str], rows: Vec<Vec<String>>) {
+    pub fn table(&mut self, heads: &[&str], rows: Vec<Vec<Cell>>) {
         let heads = heads.iter().map(|head| (*head).to_owned()).collect();
         self.blocks.push(Block::Table { heads, rows });
+    }
+
+    /// Adds figures with their verdicts.
+    pub fn findings(&mut self, findings: Findings) {
+        self.blocks.push(Block::Findings(findings));
     }
 
     /// Adds a picture; Markdown has its caption alone.
@@ -49,28 +96,25 @@ impl Section {
         self.blocks.push(Block::Figure { svg, caption: caption.into() });
     }
 
-    /// Counts a verdict given in a table and returns its words.
-    pub fn judge(&mut self, verdict: Verdict) -> String {
-        self.verdicts.push(verdict);
-        verdict.words().to_owned()
-    }
-
-    /// Adds a verdict on one figure with its reason.
-    pub fn finding(&mut self, figure: &str, verdict: Verdict, reason: &str) {
-        let words = self.judge(verdict);
-        self.paragraph(format!("{figure}: {words}. {reason}"));
+    /// Adds a request with which a reader gets the same figures.
+    pub fn request(&mut self, title: impl Into<String>, request: Value) {
+        self.blocks.push(Block::Request { title: title.into(), request });
     }
 
     /// The verdicts given in this section.
-    pub fn verdicts(&self) -> &[Verdict] {
-        &self.verdicts
+    pub fn verdicts(&self) -> impl Iterator<Item = Verdict> + '_ {
+        let rows = self.blocks.iter().filter_map(|block| match block {
+            Block::Findings(findings) => Some(&findings.rows),
+            _ => None,
+        });
+        rows.flatten().map(|finding| finding.verdict)
     }
 }
 
 impl Report {
     /// The report as Markdown.
     pub fn markdown(&self) -> String {
-        let mut text = format!("# {}\n", self.title);
+        let mut text = format!("# {}\n\n**{}**\n", self.title, self.headline);
         for section in &self.sections {
             text.push_str(&format!("\n## {}\n", section.heading));
             section.blocks.iter().for_each(|block| text.push_str(&block.markdown()));
@@ -83,8 +127,17 @@ impl Report {
         let section = |section: &Section| {
             page::section(&section.heading, Html::join(section.blocks.iter().map(Block::html)))
         };
-        page::page(&self.title, Html::join(self.sections.iter().map(section)))
+        let sections = self.sections.iter().map(section);
+        let headline = page::verdict(&self.headline);
+        page::page(&self.title, Html::join([headline].into_iter().chain(sections)))
     }
+}
+
+/// A table in Markdown.
+fn markdown_table<'a>(heads: &[&str], rows: impl Iterator<Item = Vec<&'a str>>) -> String {
+    let line = |cells: &[&str]| format!("| {} |\n", cells.join(" | ").replace('\n', " "));
+    let rows: String = rows.map(|row| line(&row)).collect();
+    format!("\n{}|{}\n{rows}", line(heads), "---|".repeat(heads.len()))
 }
 
 impl Block {
@@ -92,12 +145,12 @@ impl Block {
         match self {
             Self::Paragraph(text) => format!("\n{text}\n"),
             Self::Figure { caption, .. } => format!("\n(Picture in report.html: {caption})\n"),
+            Self::Request { title, request } => format!("\n{title}:\n\n```json\n{request}\n```\n"),
             Self::Table { heads, rows } => {
-                let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
-                let rule = format!("|{}\n", "---|".repeat(heads.len()));
-                let rows: String = rows.iter().map(|row| line(row)).collect();
-                format!("\n{}{rule}{rows}", line(heads))
+                let heads: Vec<&str> = heads.iter().map(String::as_str).collect();
+                markdown_table(&heads, rows.iter().map(|row| row.iter().map(Cell::shown).collect()))
             }
+            Self::Findings(findings) => findings.markdown(),
         }
     }
 
@@ -105,11 +158,52 @@ impl Block {
         match self {
             Self::Paragraph(text) => page::paragraph(text),
             Self::Figure { svg, caption } => page::figure(svg, caption),
+            Self::Request { title, request } => {
+                page::details(title, page::code(&request.to_string()))
+            }
             Self::Table { heads, rows } => {
                 let mut table = page::Table::new(heads.iter().map(Cell::text));
-                rows.iter().for_each(|row| table.row(row.iter().map(Cell::text)));
+                rows.iter().for_each(|row| table.row(row.iter().cloned()));
                 table.html()
             }
+            Self::Findings(findings) => findings.html(),
+        }
+    }
+}
+
+impl Findings {
+    fn heads(&self) -> impl Iterator<Item = &str> {
+        self.heads.iter().map(String::as_str).chain(["verdict", "why"])
+    }
+
+    fn markdown(&self) -> String {
+        let heads: Vec<&str> = self.heads().collect();
+        let row = |finding: &'_ Finding| -> Vec<String> {
+            let judged = [finding.verdict.words().to_owned(), finding.reason.clone()];
+            finding.cells.iter().cloned().chain(judged).collect()
+        };
+        let rows: Vec<Vec<String>> = self.rows.iter().map(row).collect();
+        let rows = rows.iter().map(|row| row.iter().map(String::as_str).collect());
+        markdown_table(&heads, rows)
+    }
+
+    fn html(&self) -> Html {
+        let mut table = page::Table::new(self.heads().map(Cell::text));
+        for finding in &self.rows {
+            let figures = finding.cells.iter().skip(1).map(Cell::number);
+            let name = finding.cells.iter().take(1).map(Cell::text);
+            let verdict = Cell::text(finding.verdict.words());
+            let verdict = match finding.verdict.heat() {
+                Some(heat) => verdict.heat(heat),
+                None => verdict,
+            };
+            let judged = [verdict, Cell::text(&finding.reason).prose()];
+            table.row(name.chain(figures).chain(judged));
+        }
+        let html = table.stacking().html();
+        match &self.folded {
+            Some(title) => page::details(title, html),
+            None => html,
         }
     }
 }

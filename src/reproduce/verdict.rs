@@ -40,10 +40,42 @@ impl Verdict {
         }
     }
 
+    /// What the verdict means, for who reads the summary alone.
+    pub fn meaning(self) -> &'static str {
+        match self {
+            Self::Reproduces => "Ours agrees within the tolerance that the section states.",
+            Self::OrderOfMagnitude => "Ours differs, by less than a factor of ten.",
+            Self::PaperContradictsItself => {
+                "The figure does not follow from the paper's other figures, or cannot be."
+            }
+            Self::BreaksItsLimits => {
+                "The published motion exceeds the limits that the paper states for it."
+            }
+            Self::CannotBeCompared => {
+                "The paper leaves out what is needed; a substitute shows what comes of it."
+            }
+            Self::DoesNotReproduce => {
+                "Ours differs by more than a factor of ten, or shows the opposite."
+            }
+        }
+    }
+
+    /// From good (0) to bad (1), for colours; none where nothing was compared.
+    pub(super) fn heat(self) -> Option<f64> {
+        match self {
+            Self::Reproduces => Some(0.0),
+            Self::OrderOfMagnitude => Some(0.35),
+            Self::PaperContradictsItself => Some(0.7),
+            Self::BreaksItsLimits => Some(0.85),
+            Self::CannotBeCompared => None,
+            Self::DoesNotReproduce => Some(1.0),
+        }
+    }
+
     /// Judges ours against a published figure that is zero or positive: within
-    /// a factor of `1 + tolerance`, up or down, it reproduces; within a factor of ten it is of the
-    /// same order. Figures below 1e-30 differ in nothing but when a search was
-    /// stopped, and count as one order.
+    /// a factor of `1 + tolerance`, up or down, it reproduces; within a factor of
+    /// ten it is of the same order. Figures below 1e-30 differ in nothing but when
+    /// a search was stopped, and count as one order.
     pub fn of(published: f64, ours: f64, tolerance: f64) -> Self {
         let factor = 1.0 + tolerance;
         if published == ours || ours * factor >= published && ours <= published * factor {
@@ -52,6 +84,11 @@ impl Verdict {
         let tiny = published.max(ours) < 1e-30;
         let near = ours > 0.1 * published && ours < 10.0 * published;
         if tiny || near { Self::OrderOfMagnitude } else { Self::DoesNotReproduce }
+    }
+
+    /// Judges a statement that either shows again or does not.
+    pub fn shown(again: bool) -> Self {
+        if again { Self::Reproduces } else { Self::DoesNotReproduce }
     }
 }
 

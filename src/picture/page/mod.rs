@@ -51,6 +51,20 @@ pub fn figure(svg: &str, caption: &str) -> Html {
     Html(format!("<figure>\n{svg}<figcaption>{}</figcaption>\n</figure>\n", escape(caption)))
 }
 
+/// What is shown once a reader opens it.
+pub fn details(title: &str, content: Html) -> Html {
+    Html(format!(
+        "<details>\n<summary>{}</summary>\n{}</details>\n",
+        escape(title),
+        content.0
+    ))
+}
+
+/// Text as a machine reads it, to be copied.
+pub fn code(text: &str) -> Html {
+    Html(format!("<pre><code>{}</code></pre>\n", escape(text)))
+}
+
 /// A whole page.
 pub fn page(title: &str, content: Html) -> String {
     let title = escape(title);
@@ -71,6 +85,7 @@ pub struct Cell {
     heat: Option<f64>,
     marked: bool,
     number: bool,
+    prose: bool,
 }
 
 impl Cell {
@@ -82,6 +97,17 @@ impl Cell {
     /// A number, set to the right.
     pub fn number(text: impl Into<String>) -> Self {
         Self { text: text.into(), number: true, ..Self::default() }
+    }
+
+    /// The same, broken into lines: for sentences.
+    #[must_use]
+    pub fn prose(self) -> Self {
+        Self { prose: true, ..self }
+    }
+
+    /// The text it shows.
+    pub fn shown(&self) -> &str {
+        &self.text
     }
 
     /// The same on a ground between good (0) and bad (1).
@@ -96,8 +122,10 @@ impl Cell {
         Self { marked, ..self }
     }
 
-    fn html(&self, tag: &str) -> String {
+    /// Markup of the cell; `head` names its column where rows may be shown as lists.
+    fn html(&self, tag: &str, head: Option<&str>) -> String {
         let mut classes = Vec::new();
+        classes.extend(self.prose.then_some("prose"));
         classes.extend(self.number.then_some("number"));
         classes.extend(self.marked.then_some("best"));
         let class = match classes.join(" ") {
@@ -108,7 +136,8 @@ impl Cell {
         let hue = |heat: f64| format!(" style=\"--hue:{:.0}\" data-heat", 140.0 * (1.0 - heat));
         let heat = self.heat.map(hue).unwrap_or_default();
         let mark = if self.marked { " \u{2605}" } else { "" };
-        format!("<{tag}{class}{heat}>{}{mark}</{tag}>", escape(&self.text))
+        let head = head.map(|head| format!(" data-head=\"{}\"", escape(head))).unwrap_or_default();
+        format!("<{tag}{class}{heat}{head}>{}{mark}</{tag}>", escape(&self.text))
     }
 }
 
@@ -117,12 +146,13 @@ impl Cell {
 pub struct Table {
     heads: Vec<Cell>,
     rows: Vec<Vec<Cell>>,
+    stacking: bool,
 }
 
 impl Table {
     /// A table with these column heads.
     pub fn new(heads: impl IntoIterator<Item = Cell>) -> Self {
-        Self { heads: heads.into_iter().collect(), rows: Vec::new() }
+        Self { heads: heads.into_iter().collect(), ..Self::default() }
     }
 
     /// Adds a row; its first cell heads it.
@@ -130,17 +160,29 @@ impl Table {
         self.rows.push(cells.into_iter().collect());
     }
 
+    /// The same, each row shown as a list on narrow screens.
+    #[must_use]
+    pub fn stacking(self) -> Self {
+        Self { stacking: true, ..self }
+    }
+
     /// The finished table; wide ones scroll within the page.
     pub fn html(&self) -> Html {
+        let head = |at: usize| {
+            let named = self.stacking && at > 0;
+            self.heads.get(at).filter(|_| named).map(Cell::shown)
+        };
         let cells = |cells: &[Cell], rest: &str| -> String {
             let tag = |at| if at == 0 { "th" } else { rest };
-            cells.iter().enumerate().map(|(at, cell)| cell.html(tag(at))).collect()
+            let head = |at| head(at).filter(|_| rest == "td");
+            cells.iter().enumerate().map(|(at, cell)| cell.html(tag(at), head(at))).collect()
         };
+        let class = if self.stacking { " class=\"stacking\"" } else { "" };
         let head = cells(&self.heads, "th");
         let rows = self.rows.iter().map(|row| format!("<tr>{}</tr>\n", cells(row, "td")));
         let rows: String = rows.collect();
         Html(format!(
-            "<div class=\"wide\"><table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{rows}</tbody>\n\
+            "<div class=\"wide\"><table{class}>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{rows}</tbody>\n\
              </table></div>\n"
         ))
     }
