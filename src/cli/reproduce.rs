@@ -38,7 +38,7 @@ pub(super) async fn run(options: Options) -> Result<(), Failure> {
     output::write(&options.out.join("report.html"), report.html().as_bytes())?;
     output::print(&format!(
         "{}\n{} and report.md beside it",
-        report.headline,
+        report.headline.join("\n"),
         options.out.join("report.html").display()
     ))
 }

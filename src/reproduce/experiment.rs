@@ -6,7 +6,9 @@ use serde_json::{Value, json};
 
 use crate::budget::Budget;
 use crate::math::statistics;
-use crate::plan::{ComparisonResult, PlanRequest, PlanResult, TrajectoryResult, validate};
+use crate::plan::{
+    ComparisonResult, PlanRequest, PlanResult, TrajectoryResult, scenarios, validate,
+};
 use crate::robot::catalogue;
 use crate::trajectory::interpolation::{Timing, interpolation};
 use crate::trajectory::kernel::{JointLanes, KernelLimits};
@@ -29,6 +31,12 @@ fn trajectory(result: PlanResult) -> Result<TrajectoryResult, ReproduceError> {
         PlanResult::Trajectory(result) => Ok(*result),
         _ => Err(ReproduceError("the task has not one trajectory".to_owned())),
     }
+}
+
+/// The request of the built-in scenario `name`.
+pub(super) fn scenario(name: &str) -> Result<Value, ReproduceError> {
+    let missing = || ReproduceError(format!("there is no scenario {name}"));
+    Ok(scenarios::get(name).ok_or_else(missing)?.request.clone())
 }
 
 /// Plans a request with one trajectory.
@@ -77,9 +85,11 @@ impl Repeated {
     /// By what share each run is shorter than the run of `other` with its seed.
     pub(super) fn savings(&self, other: &Self) -> Sample {
         let pairs = self.0.iter().zip(&other.0);
-        Sample::new(pairs.map(|(ours, other)| {
-            Some(1.0 - ours.as_ref()?.duration / other.as_ref()?.duration)
-        }))
+        Sample::new(
+            pairs.map(|(ours, other)| {
+                Some(1.0 - ours.as_ref()?.duration / other.as_ref()?.duration)
+            }),
+        )
     }
 }
 
@@ -118,6 +128,14 @@ impl Sample {
     /// Quartiles; none without values.
     pub(super) fn quartiles(&self) -> Option<[f64; 3]> {
         statistics::quartiles(&self.values)
+    }
+
+    /// From the least value to the largest.
+    pub(super) fn range(&self, decimals: usize) -> String {
+        match (self.values.first(), self.values.last()) {
+            (Some(least), Some(most)) => format!("{least:.decimals$} to {most:.decimals$}"),
+            _ => "nothing".to_owned(),
+        }
     }
 
     /// Mean and quartiles, each times `factor`, and how many runs had no result.
@@ -173,6 +191,11 @@ pub(super) fn peaks_alone(
 /// The largest of all joints' peaks of the `order`-th derivative, from 0 for velocity.
 pub(super) fn largest(peaks: &[[f64; 3]], order: usize) -> f64 {
     peaks.iter().map(|peak| peak[order]).fold(0.0, f64::max)
+}
+
+/// A number in words that also say where no run had a result.
+pub(super) fn number(value: f64, decimals: usize) -> String {
+    if value.is_nan() { "none".to_owned() } else { format!("{value:.decimals$}") }
 }
 
 /// How far `ours` is from `published`, in words.

@@ -31,7 +31,7 @@ pub struct Paper {
     /// What to cite.
     pub citation: &'static str,
     sections: fn(u32) -> Result<Vec<Section>, ReproduceError>,
-    problems: fn() -> Result<Vec<Problem>, ReproduceError>,
+    problems: fn() -> Vec<Problem>,
 }
 
 /// All papers.
@@ -85,9 +85,14 @@ pub fn reproduce(
 ) -> Result<Report, ReproduceError> {
     let (mut results, mut problems) = (Vec::new(), Vec::new());
     for (at, paper) in papers.iter().enumerate() {
-        progress(&format!("{} of {}: {}, {runs} runs", at + 1, papers.len(), paper.title));
+        progress(&format!(
+            "{} of {}: {}, runs of each method: {runs}",
+            at + 1,
+            papers.len(),
+            paper.title
+        ));
         results.push((*paper, (paper.sections)(runs)?));
-        problems.extend((paper.problems)()?);
+        problems.extend((paper.problems)());
     }
     progress("what is possible: exact plans of the same motions");
     let (possible, claim) = possible::section(&problems)?;

@@ -10,8 +10,8 @@ use crate::picture::page::{self, Cell, Html};
 pub struct Report {
     /// Its title.
     pub title: String,
-    /// What stands out of it, in a sentence or two.
-    pub headline: String,
+    /// What stands out of it, in a few sentences.
+    pub headline: Vec<String>,
     /// Its sections in order.
     pub sections: Vec<Section>,
 }
@@ -20,6 +20,8 @@ pub struct Report {
 #[derive(Clone, Debug)]
 pub struct Section {
     heading: String,
+    /// What came of it, in a sentence.
+    lesson: Option<String>,
     blocks: Vec<Block>,
 }
 
@@ -43,10 +45,10 @@ struct Finding {
 #[derive(Clone, Debug)]
 enum Block {
     Paragraph(String),
-    Table { heads: Vec<String>, rows: Vec<Vec<Cell>> },
+    Table { heads: Vec<String>, rows: Vec<Vec<Cell>>, stacking: bool },
     Findings(Findings),
     Figure { svg: String, caption: String },
-    Request { title: String, request: Value },
+    Requests { title: String, requests: Vec<Value> },
 }
 
 impl Findings {
@@ -63,6 +65,11 @@ impl Findings {
         Self { folded: Some(title.to_owned()), ..self }
     }
 
+    /// The verdicts, in order.
+    pub fn verdicts(&self) -> impl Iterator<Item = Verdict> + '_ {
+        self.rows.iter().map(|finding| finding.verdict)
+    }
+
     /// Adds a figure: its cells, what became of it and why.
     pub fn add(&mut self, cells: Vec<String>, verdict: Verdict, reason: impl Into<String>) {
         self.rows.push(Finding { cells, verdict, reason: reason.into() });
@@ -72,7 +79,17 @@ impl Findings {
 impl Section {
     /// An empty section.
     pub fn new(heading: impl Into<String>) -> Self {
-        Self { heading: heading.into(), blocks: Vec::new() }
+        Self { heading: heading.into(), lesson: None, blocks: Vec::new() }
+    }
+
+    /// Says in a sentence what came of it; the summary repeats it.
+    pub fn learn(&mut self, lesson: impl Into<String>) {
+        self.lesson = Some(lesson.into());
+    }
+
+    /// Heading and lesson, where there is one.
+    pub fn lesson(&self) -> Option<(&str, &str)> {
+        Some((&self.heading, self.lesson.as_deref()?))
     }
 
     /// Adds a paragraph.
@@ -80,10 +97,19 @@ impl Section {
         self.blocks.push(Block::Paragraph(text.into()));
     }
 
-    /// Adds a table; the first column heads its rows.
-    pub fn table(&mut self, heads: &[&str], rows: Vec<Vec<Cell>>) {
+    /// Adds a table to be read across and down; the first column heads its rows.
+    pub fn matrix(&mut self, heads: &[&str], rows: Vec<Vec<Cell>>) {
+        self.add_table(heads, rows, false);
+    }
+
+    /// Adds a table to be read row by row; narrow screens show each row as a list.
+    pub fn rows(&mut self, heads: &[&str], rows: Vec<Vec<Cell>>) {
+        self.add_table(heads, rows, true);
+    }
+
+    fn add_table(&mut self, heads: &[&str], rows: Vec<Vec<Cell>>, stacking: bool) {
         let heads = heads.iter().map(|head| (*head).to_owned()).collect();
-        self.blocks.push(Block::Table { heads, rows });
+        self.blocks.push(Block::Table { heads, rows, stacking });
     }
 
     /// Adds figures with their verdicts.
@@ -96,27 +122,34 @@ impl Section {
         self.blocks.push(Block::Figure { svg, caption: caption.into() });
     }
 
-    /// Adds a request with which a reader gets the same figures.
+    /// Adds requests with which a reader gets the same figures.
+    pub fn requests(&mut self, title: impl Into<String>, requests: Vec<Value>) {
+        self.blocks.push(Block::Requests { title: title.into(), requests });
+    }
+
+    /// Adds one such request.
     pub fn request(&mut self, title: impl Into<String>, request: Value) {
-        self.blocks.push(Block::Request { title: title.into(), request });
+        self.requests(title, vec![request]);
     }
 
     /// The verdicts given in this section.
     pub fn verdicts(&self) -> impl Iterator<Item = Verdict> + '_ {
-        let rows = self.blocks.iter().filter_map(|block| match block {
-            Block::Findings(findings) => Some(&findings.rows),
+        let findings = self.blocks.iter().filter_map(|block| match block {
+            Block::Findings(findings) => Some(findings),
             _ => None,
         });
-        rows.flatten().map(|finding| finding.verdict)
+        findings.flat_map(Findings::verdicts)
     }
 }
 
 impl Report {
     /// The report as Markdown.
     pub fn markdown(&self) -> String {
-        let mut text = format!("# {}\n\n**{}**\n", self.title, self.headline);
+        let mut text = format!("# {}\n", self.title);
+        self.headline.iter().for_each(|line| text.push_str(&format!("\n**{line}**\n")));
         for section in &self.sections {
             text.push_str(&format!("\n## {}\n", section.heading));
+            section.lesson.iter().for_each(|line| text.push_str(&format!("\n**{line}**\n")));
             section.blocks.iter().for_each(|block| text.push_str(&block.markdown()));
         }
         text
@@ -125,11 +158,12 @@ impl Report {
     /// The report as a page that stands alone.
     pub fn html(&self) -> String {
         let section = |section: &Section| {
-            page::section(&section.heading, Html::join(section.blocks.iter().map(Block::html)))
+            let lesson = section.lesson.iter().map(|lesson| page::verdict(lesson));
+            let blocks = section.blocks.iter().map(Block::html);
+            page::section(&section.heading, Html::join(lesson.chain(blocks)))
         };
-        let sections = self.sections.iter().map(section);
-        let headline = page::verdict(&self.headline);
-        page::page(&self.title, Html::join([headline].into_iter().chain(sections)))
+        let headline = self.headline.iter().map(|line| page::verdict(line));
+        page::page(&self.title, Html::join(headline.chain(self.sections.iter().map(section))))
     }
 }
 
@@ -145,8 +179,12 @@ impl Block {
         match self {
             Self::Paragraph(text) => format!("\n{text}\n"),
             Self::Figure { caption, .. } => format!("\n(Picture in report.html: {caption})\n"),
-            Self::Request { title, request } => format!("\n{title}:\n\n```json\n{request}\n```\n"),
-            Self::Table { heads, rows } => {
+            Self::Requests { title, requests } => {
+                let block = |request: &Value| format!("\n```json\n{request}\n```\n");
+                let blocks: String = requests.iter().map(block).collect();
+                format!("\n{title}:\n{blocks}")
+            }
+            Self::Table { heads, rows, .. } => {
                 let heads: Vec<&str> = heads.iter().map(String::as_str).collect();
                 markdown_table(&heads, rows.iter().map(|row| row.iter().map(Cell::shown).collect()))
             }
@@ -158,13 +196,20 @@ impl Block {
         match self {
             Self::Paragraph(text) => page::paragraph(text),
             Self::Figure { svg, caption } => page::figure(svg, caption),
-            Self::Request { title, request } => {
-                page::details(title, page::code(&request.to_string()))
+            Self::Requests { title, requests } => {
+                let code = requests.iter().map(|request| page::code(&request.to_string()));
+                page::details(title, Html::join(code))
             }
-            Self::Table { heads, rows } => {
-                let mut table = page::Table::new(heads.iter().map(Cell::text));
+            Self::Table { heads, rows, stacking } => {
+                // A column's head stands as its cells do.
+                let first = rows.first().map_or(&[][..], Vec::as_slice);
+                let head = |(at, head): (usize, &String)| match first.get(at) {
+                    Some(cell) if cell.is_number() => Cell::number(head),
+                    _ => Cell::text(head),
+                };
+                let mut table = page::Table::new(heads.iter().enumerate().map(head));
                 rows.iter().for_each(|row| table.row(row.iter().cloned()));
-                table.html()
+                if *stacking { table.stacking().html() } else { table.html() }
             }
             Self::Findings(findings) => findings.html(),
         }
@@ -188,7 +233,12 @@ impl Findings {
     }
 
     fn html(&self) -> Html {
-        let mut table = page::Table::new(self.heads().map(Cell::text));
+        let figures = 1..self.heads.len();
+        let head = |(at, head)| match figures.contains(&at) {
+            true => Cell::number(head),
+            false => Cell::text(head),
+        };
+        let mut table = page::Table::new(self.heads().enumerate().map(head));
         for finding in &self.rows {
             let figures = finding.cells.iter().skip(1).map(Cell::number);
             let name = finding.cells.iter().take(1).map(Cell::text);

@@ -4,12 +4,11 @@
 
 use serde_json::{Value, json};
 
-use super::experiment::{Repeated, ReproduceError, plan, repeat};
+use super::experiment::{Repeated, ReproduceError, Sample, number, plan, repeat, scenario};
 use super::possible::Problem;
 use super::report::{Findings, Section};
 use super::verdict::Verdict;
 use crate::picture::{Beside, NAMES, beside};
-use crate::plan::scenarios;
 
 pub(super) const CITATION: &str = "Shu, Ge, Wu, Chen, Zhang (Wenzhou University): Robot trajectory \
     planning with dual optimisation for flexible breaker assembly (in Chinese; journal and year not \
@@ -33,11 +32,6 @@ struct Stage {
     single: Repeated,
     searched: [Repeated; 2],
     exact: f64,
-}
-
-fn scenario(name: &str) -> Result<Value, ReproduceError> {
-    let missing = || ReproduceError(format!("there is no scenario {name}"));
-    Ok(scenarios::get(name).ok_or_else(missing)?.request.clone())
 }
 
 /// A stage's scenario the paper's way: joint by joint, 0.1 to 5 s per segment.
@@ -79,7 +73,7 @@ impl Stage {
             random: search("pso_linear", 0)?,
             single: repeat(&single(scenario)?, runs)?,
             searched: [search("pso_linear", 15)?, search("dual_pso", 15)?],
-            exact: plan(&self::scenario(scenario)?)?.duration,
+            exact: plan(&super::experiment::scenario(scenario)?)?.duration,
         })
     }
 }
@@ -101,20 +95,44 @@ pub(super) fn sections(runs: u32) -> Result<Vec<Section>, ReproduceError> {
         "Random is here the best of the 50 random candidates that the search of the same seed starts \
          from. Ours is the mean over the seeds, with quartiles.",
     );
+    section.learn(lesson(&stages));
     section.findings(findings(&stages));
-    section.table(&HEADS, STAGES.iter().zip(&stages).map(times).collect());
-    section.paragraph(
-        "The last column but one starts from a single random set of times per joint instead, each \
-         segment stretched until it is lawful: the savings from there are several times larger. A \
-         percentage of a random start says little about a method.",
-    );
+    section.rows(&HEADS, STAGES.iter().zip(&stages).map(times).collect());
+    section.paragraph(format!(
+        "The last column but one is a single random set of times per joint, each segment stretched until \
+         it is lawful; runs that would need more than 5 s per segment have none. Measured from there, \
+         dual PSO saves in the median {}. What a percentage of a random start says about a method depends on what \
+         is called random.",
+        STAGES.iter().zip(&stages).map(from_single).collect::<Vec<_>>().join(", ")
+    ));
     section.figure(picture(&stages), "Savings in percent: published, and ours on substitutes.");
     for (_, method) in METHODS {
         let title = format!("The request behind {method}, stage AB, with seeds from 0 up");
         section.request(title, searching("shu-ab", method, 15)?);
     }
-    section.request("The request behind the random start, stage AB", searching("shu-ab", "pso_linear", 0)?);
+    section.request(
+        "The request behind the random start, stage AB",
+        searching("shu-ab", "pso_linear", 0)?,
+    );
     Ok(vec![section])
+}
+
+fn from_single(((name, ..), stage): (&(&str, &str, [f64; 3]), &Stage)) -> String {
+    let [_, dual] = &stage.searched;
+    let saved = dual.savings(&stage.single).quartiles().map_or(f64::NAN, |[_, median, _]| median);
+    format!("{} % ({name})", number(100.0 * saved, 0))
+}
+
+fn lesson(stages: &[Stage]) -> String {
+    let gain = |stage: &Stage| Some(stage.gain()).filter(|gain| !gain.is_nan());
+    let gains = Sample::new(stages.iter().map(gain));
+    let printed = Sample::new(STAGES.iter().map(|(_, _, [.., points])| Some(*points)));
+    format!(
+        "Waypoints and limits are lost. On substitutes the dual search saves {} percentage points more than \
+         the plain one, where the paper prints {}.",
+        gains.range(1),
+        printed.range(1)
+    )
 }
 
 fn findings(stages: &[Stage]) -> Findings {
@@ -136,24 +154,12 @@ fn findings(stages: &[Stage]) -> Findings {
             vec![
                 format!("{name}, dual PSO more than standard PSO, points"),
                 difference.to_string(),
-                format!("{gain:.1}"),
+                number(gain, 1),
             ],
             Verdict::CannotBeCompared,
-            format!(
-                "Follows from the printed percentages ({dual} - {standard}), which cannot be compared."
-            ),
+            format!("{dual} - {standard}, as printed; waypoints, limits and random times are not."),
         );
     }
-    let better = stages.iter().filter(|stage| stage.gain() > 0.0).count();
-    findings.add(
-        vec![
-            "Dual PSO saves more than standard PSO".to_owned(),
-            format!("4 of {} stages", stages.len()),
-            format!("{better} of {} stages", stages.len()),
-        ],
-        Verdict::shown(better == stages.len()),
-        "In the mean over the seeds, on substitutes: the ranking, not its size.",
-    );
     findings
 }
 
@@ -166,11 +172,17 @@ impl Stage {
 }
 
 const HEADS: [&str; 6] = [
-    "stage", "random s", "standard PSO s", "dual PSO s", "single random set s",
+    "stage",
+    "random s",
+    "standard PSO s",
+    "dual PSO s",
+    "single random set s",
     "all joints at once, exact s",
 ];
 
-fn times(((name, ..), stage): (&(&str, &str, [f64; 3]), &Stage)) -> Vec<crate::picture::page::Cell> {
+fn times(
+    ((name, ..), stage): (&(&str, &str, [f64; 3]), &Stage),
+) -> Vec<crate::picture::page::Cell> {
     use crate::picture::page::Cell;
     let [standard, dual] = &stage.searched;
     let samples = [&stage.random, standard, dual, &stage.single];
@@ -196,15 +208,13 @@ fn picture(stages: &[Stage]) -> String {
 }
 
 /// The stages, for what is possible.
-pub(super) fn problems() -> Result<Vec<Problem>, ReproduceError> {
-    let problem = |(name, scenario, _): &(&str, &str, _)| {
-        Ok(Problem {
-            name: format!("Shu et al., stage {name} (substitute)"),
-            published: None,
-            family: "cubic",
-            jerk_limited: false,
-            request: self::scenario(scenario)?,
-        })
+pub(super) fn problems() -> Vec<Problem> {
+    let problem = |(name, scenario, _): &(&str, &'static str, _)| Problem {
+        name: format!("Shu et al., {name} (substitute)"),
+        published: None,
+        family: "cubic",
+        jerk_limited: false,
+        scenario,
     };
     STAGES.iter().map(problem).collect()
 }

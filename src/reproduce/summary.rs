@@ -1,25 +1,41 @@
-//! What stands first: how many figures came to which end, in each paper.
+//! What stands first: how many figures came to which end in each paper, and what
+//! came of each section in a sentence; and what stands last, the papers.
 
 use super::Paper;
 use super::report::{Report, Section};
 use super::verdict::Verdict;
 use crate::picture::page::Cell;
 
-/// Puts the summary before the papers' sections and what is possible between.
+/// A paper and the verdicts on its figures.
+type Given<'a> = (&'a Paper, Vec<Verdict>);
+
+/// Puts the summary and what is possible before the papers' sections.
 pub(super) fn report(
     results: Vec<(&Paper, Vec<Section>)>,
     possible: Section,
     claim: Option<String>,
     runs: u32,
 ) -> Report {
-    let given: Vec<(&Paper, Vec<Verdict>)> = results
+    let given: Vec<Given<'_>> = results
         .iter()
         .map(|(paper, sections)| (*paper, sections.iter().flat_map(Section::verdicts).collect()))
         .collect();
-    let summary = section(&given, runs);
-    let headline = headline(&given, claim);
+    let mut summary = Section::new("Summary");
+    count_table(&mut summary, &given);
+    summary.paragraph(format!(
+        "Runs of each method with random numbers: {runs}, with seeds that are fixed here, so that the report \
+         repeats. Nothing was tuned to match: parameters are the papers' where printed and Takt's \
+         defaults where not. Every figure comes from a request that anybody may send; the sections show \
+         them."
+    ));
+    let lessons = results.iter().flat_map(|(_, sections)| sections).filter_map(Section::lesson);
+    let row =
+        |(heading, lesson): (&str, &str)| vec![Cell::text(heading), Cell::text(lesson).prose()];
+    summary.rows(&["section", "what came of it"], lessons.map(row).collect());
+    let headline = [counts(&given)].into_iter().chain(claim).collect();
+    let sources = sources(&given);
     let papers = results.into_iter().flat_map(|(_, sections)| sections);
-    let sections = [summary, possible].into_iter().chain(papers).collect();
+    let sections = [summary, possible].into_iter().chain(papers).chain([sources]).collect();
     Report { title: "Published experiments, run again".to_owned(), headline, sections }
 }
 
@@ -27,51 +43,44 @@ fn count(given: &[Verdict], verdict: Verdict) -> usize {
     given.iter().filter(|it| **it == verdict).count()
 }
 
-fn headline(given: &[(&Paper, Vec<Verdict>)], claim: Option<String>) -> String {
+fn counts(given: &[Given<'_>]) -> String {
     let all: Vec<Verdict> = given.iter().flat_map(|(_, verdicts)| verdicts).copied().collect();
     let of = |verdict| count(&all, verdict);
-    let figures = format!(
-        "{} published figures checked: {} reproduce, {} more in order of magnitude. {} do not; {} \
-         contradict the paper's own figures, {} break the paper's own limits, {} cannot be compared \
-         because the paper leaves out what is needed.",
+    format!(
+        "{} published figures checked: {} reproduce, {} more in order of magnitude, {} do not. {} break \
+         the paper's own limits, {} contradict its own figures. {} could only be added up and {} cannot be \
+         compared, because the papers leave out what is needed.",
         all.len(),
         of(Verdict::Reproduces),
         of(Verdict::OrderOfMagnitude),
         of(Verdict::DoesNotReproduce),
-        of(Verdict::PaperContradictsItself),
         of(Verdict::BreaksItsLimits),
+        of(Verdict::PaperContradictsItself),
+        of(Verdict::AddsUp),
         of(Verdict::CannotBeCompared)
-    );
-    match claim {
-        Some(claim) => {
-            format!("{figures} Within the published limits Takt plans the published motions faster: {claim}.")
-        }
-        None => figures,
-    }
+    )
 }
 
-fn section(given: &[(&Paper, Vec<Verdict>)], runs: u32) -> Section {
-    let mut summary = Section::new("Summary");
+fn count_table(summary: &mut Section, given: &[Given<'_>]) {
     let titles = given.iter().map(|(paper, _)| paper.title);
     let heads: Vec<&str> =
-        std::iter::once("verdict").chain(titles).chain(["all", "what it means"]).collect();
+        ["verdict", "all"].into_iter().chain(titles).chain(["what it means"]).collect();
     let row = |verdict: &Verdict| {
         let counts: Vec<usize> =
             given.iter().map(|(_, verdicts)| count(verdicts, *verdict)).collect();
         let all: usize = counts.iter().sum();
-        let counts = counts.into_iter().chain([all]).map(|count| Cell::number(count.to_string()));
+        let counts = [all].into_iter().chain(counts).map(|count| Cell::number(count.to_string()));
         let name = Cell::text(verdict.words());
         let name = verdict.heat().map_or(name.clone(), |heat| name.heat(heat));
         [name].into_iter().chain(counts).chain([Cell::text(verdict.meaning()).prose()]).collect()
     };
-    summary.table(&heads, Verdict::ALL.iter().map(row).collect());
-    summary.paragraph(format!(
-        "Methods with random numbers ran {runs} times, with seeds from 0 up. Nothing was tuned to match: \
-         parameters are the papers' where printed and Takt's defaults where not. Every figure comes from \
-         a request that anybody may send; the sections show them."
-    ));
+    summary.rows(&heads, Verdict::ALL.iter().map(row).collect());
+}
+
+fn sources(given: &[Given<'_>]) -> Section {
+    let mut sources = Section::new("Papers");
     for (paper, _) in given {
-        summary.paragraph(format!("{}: {}.", paper.title, paper.citation));
+        sources.paragraph(format!("{}: {}.", paper.title, paper.citation));
     }
-    summary
+    sources
 }

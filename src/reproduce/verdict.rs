@@ -9,6 +9,8 @@ pub enum Verdict {
     OrderOfMagnitude,
     /// The paper's own figures do not fit together.
     PaperContradictsItself,
+    /// The figure follows from the paper's other figures; nothing was run.
+    AddsUp,
     /// What was published breaks the limits stated for it.
     BreaksItsLimits,
     /// The paper leaves out what a comparison would need.
@@ -19,13 +21,14 @@ pub enum Verdict {
 
 impl Verdict {
     /// All verdicts, in the order of the summary.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::Reproduces,
         Self::OrderOfMagnitude,
-        Self::PaperContradictsItself,
-        Self::BreaksItsLimits,
-        Self::CannotBeCompared,
         Self::DoesNotReproduce,
+        Self::BreaksItsLimits,
+        Self::PaperContradictsItself,
+        Self::AddsUp,
+        Self::CannotBeCompared,
     ];
 
     /// The verdict in words.
@@ -33,6 +36,7 @@ impl Verdict {
         match self {
             Self::Reproduces => "reproduces",
             Self::OrderOfMagnitude => "same order of magnitude",
+            Self::AddsUp => "adds up, not run",
             Self::PaperContradictsItself => "the paper contradicts itself",
             Self::BreaksItsLimits => "breaks its own limits",
             Self::CannotBeCompared => "cannot be compared",
@@ -44,7 +48,12 @@ impl Verdict {
     pub fn meaning(self) -> &'static str {
         match self {
             Self::Reproduces => "Ours agrees within the tolerance that the section states.",
-            Self::OrderOfMagnitude => "Ours differs, by less than a factor of ten.",
+            Self::OrderOfMagnitude => {
+                "Ours differs by less than a factor of ten; the reason says by how much or why."
+            }
+            Self::AddsUp => {
+                "The figure follows from the paper's other figures, which were not run again."
+            }
             Self::PaperContradictsItself => {
                 "The figure does not follow from the paper's other figures, or cannot be."
             }
@@ -67,7 +76,7 @@ impl Verdict {
             Self::OrderOfMagnitude => Some(0.35),
             Self::PaperContradictsItself => Some(0.7),
             Self::BreaksItsLimits => Some(0.85),
-            Self::CannotBeCompared => None,
+            Self::AddsUp | Self::CannotBeCompared => None,
             Self::DoesNotReproduce => Some(1.0),
         }
     }

@@ -53,11 +53,7 @@ pub fn figure(svg: &str, caption: &str) -> Html {
 
 /// What is shown once a reader opens it.
 pub fn details(title: &str, content: Html) -> Html {
-    Html(format!(
-        "<details>\n<summary>{}</summary>\n{}</details>\n",
-        escape(title),
-        content.0
-    ))
+    Html(format!("<details>\n<summary>{}</summary>\n{}</details>\n", escape(title), content.0))
 }
 
 /// Text as a machine reads it, to be copied.
@@ -103,6 +99,11 @@ impl Cell {
     #[must_use]
     pub fn prose(self) -> Self {
         Self { prose: true, ..self }
+    }
+
+    /// True if it is set to the right.
+    pub fn is_number(&self) -> bool {
+        self.number
     }
 
     /// The text it shows.

@@ -31,14 +31,14 @@ pub(super) fn sections(runs: u32) -> Result<Vec<Section>, ReproduceError> {
 }
 
 /// The paper's motion, for what is possible.
-pub(super) fn problems() -> Result<Vec<Problem>, ReproduceError> {
-    Ok(vec![Problem {
-        name: "Han et al., section AB".to_owned(),
+pub(super) fn problems() -> Vec<Problem> {
+    vec![Problem {
+        name: "Han et al., AB".to_owned(),
         published: Some(data::COMPOSED[1].iter().sum()),
         family: FAMILY,
         jerk_limited: true,
-        request: request(json!({ "name": "exact" }), "shared", table_4()),
-    }])
+        scenario: "mcb-ab",
+    }]
 }
 
 fn waypoints() -> Vec<Vec<f64>> {
