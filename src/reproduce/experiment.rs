@@ -6,6 +6,7 @@ use serde_json::{Value, json};
 
 use crate::budget::Budget;
 use crate::math::statistics;
+use crate::picture::Beside;
 use crate::plan::{
     ComparisonResult, PlanRequest, PlanResult, TrajectoryResult, scenarios, validate,
 };
@@ -101,6 +102,11 @@ pub(super) fn alone(result: &TrajectoryResult, index: usize) -> Option<f64> {
     joints.iter().find(|joint| joint.joint == *name).map(|joint| joint.duration)
 }
 
+/// A joint's duration as a method has it, for a picture.
+pub(super) fn in_picture(name: String, published: f64, ours: &Sample, optimum: f64) -> Beside {
+    Beside { name, published: Some(published), ours: ours.quartiles(), optimum: Some(optimum) }
+}
+
 /// A figure over several runs.
 #[derive(Clone, Debug)]
 pub(super) struct Sample {
@@ -175,6 +181,15 @@ pub(super) fn peaks(
     };
     Ok((0..dof).map(|joint| [0, 1, 2].map(|order| peak(joint, order))).collect())
 }
+
+/// Times as printed, each longer by `half`, half of the last digit printed: what
+/// exceeds a limit even so does not exceed it by rounding.
+pub(super) fn rounded_up<const N: usize>(times: &[f64; N], half: f64) -> [f64; N] {
+    times.map(|time| time + half)
+}
+
+/// A peak this far above its limit exceeds it, whatever the last digits.
+pub(super) const EXCESS: f64 = 1.001;
 
 /// The exact peaks of one joint.
 pub(super) fn peaks_alone(

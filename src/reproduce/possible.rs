@@ -60,41 +60,52 @@ impl Problem {
         }
         Ok(best)
     }
+
+    /// In words how much faster than published it is; none if nothing is.
+    fn claim(
+        &self,
+        curve: &str,
+        best: &TrajectoryResult,
+        same: &TrajectoryResult,
+    ) -> Option<String> {
+        let published = self.published.filter(|published| best.duration < *published)?;
+        let saved = 100.0 * (1.0 - best.duration / published);
+        Some(format!(
+            "{} in {:.2} s instead of {published:.2} s ({saved:.0} % less) on the curve {curve}, \
+             in {:.2} s on the paper's own",
+            self.name, best.duration, same.duration
+        ))
+    }
 }
+
+const HEADS: [&str; 8] = [
+    "motion",
+    "published s",
+    "paper's curve s",
+    "quintic s",
+    "fastest s",
+    "on curve",
+    "none below s",
+    "lawful",
+];
 
 /// The section, and in a sentence what it comes to; none without problems.
 pub(super) fn section(problems: &[Problem]) -> Result<(Section, Option<String>), ReproduceError> {
     let mut section = Section::new("What is possible");
     section.paragraph(
-        "The same waypoints within the same limits, all joints planned at once by Takt's exact method, \
-         which has no random numbers. First on the paper's own curves, then on quintics (smooth in \
-         speed and acceleration, at rest at both ends), then on whichever of Takt's curves is fastest. \
-         No motion whatever can be shorter than the last figure. Limits of position hold too. Lawful is \
-         what a certificate says of each plan, from its exact peaks over continuous time.",
+        "The same waypoints within the same limits, all joints planned at once by Takt's exact \
+         method, which has no random numbers. First on the paper's own curves, then on quintics \
+         (smooth in speed and acceleration, at rest at both ends), then on whichever of Takt's \
+         curves is fastest. No motion whatever can be shorter than the last figure. Limits of \
+         position hold too. Lawful is what a certificate says of each plan, from its exact peaks \
+         over continuous time.",
     );
-    let heads = [
-        "motion",
-        "published s",
-        "paper's curve s",
-        "quintic s",
-        "fastest s",
-        "on curve",
-        "none below s",
-        "lawful",
-    ];
     let (mut rows, mut picture, mut claims) = (Vec::new(), Vec::new(), Vec::new());
     for problem in problems {
         let Some((name, best)) = problem.best()? else { continue };
         let (same, quintic) = (problem.plan(problem.family)?, problem.plan("quintic")?);
         rows.push(row(problem, [&same, &quintic, &best], name));
-        if let Some(published) = problem.published {
-            let saved = 100.0 * (1.0 - best.duration / published);
-            claims.push(format!(
-                "{} in {:.2} s instead of {published:.2} s ({saved:.0} % less) on the curve {name}, in {:.2} s \
-                 on the paper's own",
-                problem.name, best.duration, same.duration
-            ));
-        }
+        claims.extend(problem.claim(name, &best, &same));
         picture.push(Beside {
             name: problem.name.clone(),
             published: problem.published,
@@ -102,11 +113,12 @@ pub(super) fn section(problems: &[Problem]) -> Result<(Section, Option<String>),
             optimum: Some(same.duration),
         });
     }
-    section.rows(&heads, rows);
+    section.rows(&HEADS, rows);
     section.paragraph(
-        "Between the waypoints the curves differ, and so do the ways. Where a paper limits no jerk, neither does the plan. Where no \
-         published time stands, waypoints or limits are substitutes. \"cubic\" and \"bspline\" \
-         start with a step in acceleration, which a quintic does not.",
+        "Between the waypoints the curves differ, and so do the ways. Where a paper limits no \
+         jerk, neither does the plan. Where no published time stands, waypoints or limits are \
+         substitutes. \"cubic\" and \"bspline\" start with a step in acceleration, which a \
+         quintic does not.",
     );
     let title = "Duration of whole motions";
     let names = ["published", "fastest curve", "optimum on the paper's curve (upright line)"];

@@ -10,9 +10,10 @@ use super::report::{Findings, Section};
 use super::verdict::Verdict;
 use crate::picture::{Beside, NAMES, beside};
 
-pub(super) const CITATION: &str = "Shu, Ge, Wu, Chen, Zhang (Wenzhou University): Robot trajectory \
-    planning with dual optimisation for flexible breaker assembly (in Chinese; journal and year not \
-    known to us)";
+pub(super) const CITATION: &str = "Shu, Ge, Wu, Chen, Zhang (Wenzhou University): Robot \
+                                   trajectory planning with dual optimisation for flexible \
+                                   breaker assembly (in Chinese; journal and year not known to \
+                                   us)";
 
 /// A stage: its name, its scenario, and by how many percent standard and dual
 /// PSO are said to be shorter than random times, and dual PSO than standard.
@@ -83,26 +84,26 @@ pub(super) fn sections(runs: u32) -> Result<Vec<Section>, ReproduceError> {
     let stages = STAGES.iter().map(run).collect::<Result<Vec<_>, _>>()?;
     let mut section = Section::new("Shu et al.: savings in four stages, on substitutes");
     section.paragraph(
-        "The paper states by how many percent plain and \"dual\" particle swarms shorten a robot's four \
-         assembly stages, measured from random times. Its waypoints, limits, times and its number of \
-         candidates are lost, and what \"random\" means is not said. Ours are substitutes: AB from Han et \
-         al. (same laboratory, same cell), the rest computed with the arm's kinematics; limits from Han \
-         et al.; clamped cubic splines, 50 candidates, 15 iterations, factors 1.96, candidates over a \
-         limit rejected. The percentages therefore show what the methods do, and cannot agree \
-         but by chance.",
+        "The paper states by how many percent plain and \"dual\" particle swarms shorten a \
+         robot's four assembly stages, measured from random times. Its waypoints, limits, times \
+         and its number of candidates are lost, and what \"random\" means is not said. Ours are \
+         substitutes: AB from Han et al. (same laboratory, same cell), the rest computed with the \
+         arm's kinematics; limits from Han et al.; clamped cubic splines, 50 candidates, 15 \
+         iterations, factors 1.96, candidates over a limit rejected. The percentages therefore \
+         show what the methods do, and cannot agree but by chance.",
     );
     section.paragraph(
-        "Random is here the best of the 50 random candidates that the search of the same seed starts \
-         from. Ours is the mean over the seeds, with quartiles.",
+        "Random is here the best of the 50 random candidates that the search of the same seed \
+         starts from. Ours is the mean over the seeds, with quartiles.",
     );
     section.learn(lesson(&stages));
     section.findings(findings(&stages));
     section.rows(&HEADS, STAGES.iter().zip(&stages).map(times).collect());
     section.paragraph(format!(
-        "The last column but one is a single random set of times per joint, each segment stretched until \
-         it is lawful; runs that would need more than 5 s per segment have none. Measured from there, \
-         dual PSO saves in the median {}. What a percentage of a random start says about a method depends on what \
-         is called random.",
+        "The last column but one is a single random set of times per joint, each segment \
+         stretched until it is lawful; runs that would need more than 5 s per segment have none. \
+         Measured from there, dual PSO saves in the median {}. What a percentage of a random \
+         start says about a method depends on what is called random.",
         STAGES.iter().zip(&stages).map(from_single).collect::<Vec<_>>().join(", ")
     ));
     section.figure(picture(&stages), "Savings in percent: published, and ours on substitutes.");
@@ -128,8 +129,8 @@ fn lesson(stages: &[Stage]) -> String {
     let gains = Sample::new(stages.iter().map(gain));
     let printed = Sample::new(STAGES.iter().map(|(_, _, [.., points])| Some(*points)));
     format!(
-        "Waypoints and limits are lost. On substitutes the dual search saves {} percentage points more than \
-         the plain one, where the paper prints {}.",
+        "Waypoints and limits are lost. On substitutes the dual search saves {} percentage points \
+         more than the plain one, where the paper prints {}.",
         gains.range(1),
         printed.range(1)
     )

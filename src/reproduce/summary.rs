@@ -23,10 +23,10 @@ pub(super) fn report(
     let mut summary = Section::new("Summary");
     count_table(&mut summary, &given);
     summary.paragraph(format!(
-        "Runs of each method with random numbers: {runs}, with seeds that are fixed here, so that the report \
-         repeats. Nothing was tuned to match: parameters are the papers' where printed and Takt's \
-         defaults where not. Every figure comes from a request that anybody may send; the sections show \
-         them."
+        "Runs of each method with random numbers: {runs}, with seeds that are fixed here, so that \
+         the report repeats. Nothing was tuned to match: parameters are the papers' where printed \
+         and Takt's defaults where not. Every figure comes from a request that anybody may send; \
+         the sections show them."
     ));
     let lessons = results.iter().flat_map(|(_, sections)| sections).filter_map(Section::lesson);
     let row =
@@ -47,9 +47,9 @@ fn counts(given: &[Given<'_>]) -> String {
     let all: Vec<Verdict> = given.iter().flat_map(|(_, verdicts)| verdicts).copied().collect();
     let of = |verdict| count(&all, verdict);
     format!(
-        "{} published figures checked: {} reproduce, {} more in order of magnitude, {} do not. {} break \
-         the paper's own limits, {} contradict its own figures. {} could only be added up and {} cannot be \
-         compared, because the papers leave out what is needed.",
+        "{} published figures checked: {} reproduce, {} more in order of magnitude, {} do not. {} \
+         break the paper's own limits, {} contradict its own figures. {} could only be added up \
+         and {} cannot be compared, because the papers leave out what is needed.",
         all.len(),
         of(Verdict::Reproduces),
         of(Verdict::OrderOfMagnitude),

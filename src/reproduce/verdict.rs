@@ -95,6 +95,12 @@ impl Verdict {
         if tiny || near { Self::OrderOfMagnitude } else { Self::DoesNotReproduce }
     }
 
+    /// Judges a printed sum or share by how far it is from what it is said to be;
+    /// half of the second decimal is rounding.
+    pub fn adding_up(difference: f64) -> Self {
+        if difference.abs() < 0.0051 { Self::AddsUp } else { Self::PaperContradictsItself }
+    }
+
     /// Judges a statement that either shows again or does not.
     pub fn shown(again: bool) -> Self {
         if again { Self::Reproduces } else { Self::DoesNotReproduce }

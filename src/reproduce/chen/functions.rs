@@ -64,10 +64,10 @@ fn table_3(result: &ComparisonResult, request: Value) -> Section {
     let mut section = Section::new("Chen et al., Table 3: eight test functions");
     section.paragraph(
         "Mathematical functions of 30 variables whose least value, 0, is known; a method is the \
-         better the nearer it comes. 30 candidates, 1000 iterations. A published mean reproduces if \
-         ours is within a factor of two: means of searches that fall over many orders of magnitude \
-         are no sharper. Each cell holds the paper's mean, then ours, in \
-         the colour of the verdict on it.",
+         better the nearer it comes. 30 candidates, 1000 iterations. A published mean reproduces \
+         if ours is within a factor of two: means of searches that fall over many orders of \
+         magnitude are no sharper. Each cell holds the paper's mean, then ours, in the colour of \
+         the verdict on it.",
     );
     section.matrix(&heads(), result.problems.iter().enumerate().map(matrix_row).collect());
     let heads = ["function, method", "paper, mean", "ours, mean", "ours, quartiles"];
@@ -123,8 +123,8 @@ fn judge(index: usize, method: &str, published: f64, row: &MethodResult) -> (Ver
     let bound = functions::FUNCTIONS.get(index).filter(|it| it.name == "f5").map(largest_of_f5);
     if let Some(bound) = bound.filter(|bound| published > *bound) {
         let reason = format!(
-            "Nowhere within the printed range is the function above {bound:.1}: so \
-             particles left it, or the range was another."
+            "Nowhere within the printed range is the function above {bound:.1}: so particles left \
+             it, or the range was another."
         );
         return (Verdict::PaperContradictsItself, reason);
     }
@@ -139,36 +139,40 @@ fn judge(index: usize, method: &str, published: f64, row: &MethodResult) -> (Ver
         }
         _ if published.max(ours) < ROUNDING => "Both are zero but for rounding in the last digits.",
         _ if Verdict::of(published, median, 1.0) == Verdict::Reproduces => {
-            "In the median ours agrees within a factor of two; runs that end far from there make our \
-             mean."
+            "In the median ours agrees within a factor of two; runs that end far from there make \
+             our mean."
         }
-        _ => match method {
-            "PSO" => {
-                "Inertia, step limit and treatment of the range are not printed; ours are w = 1, \
-                      c = 2 and steps of at most 10 % of the range."
-            }
-            "CFPSO" => {
-                "Its factors are not printed; ours are Clerc and Kennedy's, 0.7298 and 2.05."
-            }
-            "SPSO" => "The course of its inertia is not printed; ours falls from 0.9 to 0.4.",
-            "Gold-SA" => {
-                "Not printed is whether random numbers are coupled; ours follows the \
-                          method's published code."
-            }
-            _ => {
-                "lambda, c1, c2 and the range of w are not printed; ours are 0.5, 2, 2 and 0.9 to 0.4."
-            }
-        },
+        _ => unprinted(method),
     };
     (verdict, reason.to_owned())
+}
+
+/// What the paper leaves out about a method, and what stands in for it.
+fn unprinted(method: &str) -> &'static str {
+    match method {
+        "PSO" => {
+            "Inertia, step limit and treatment of the range are not printed; ours are w = 1, c = \
+             2 and steps of at most 10 % of the range."
+        }
+        "CFPSO" => "Its factors are not printed; ours are Clerc and Kennedy's, 0.7298 and 2.05.",
+        "SPSO" => "The course of its inertia is not printed; ours falls from 0.9 to 0.4.",
+        "Gold-SA" => {
+            "Not printed is whether random numbers are coupled; ours follows the method's \
+             published code."
+        }
+        _ => {
+            "lambda, c1, c2 and the range of w are not printed; ours are 0.5, 2, 2 and 0.9 to \
+             0.4."
+        }
+    }
 }
 
 /// Standard deviations that no thirty runs with the printed mean and best can have.
 fn impossible() -> Section {
     let mut section = Section::new("Chen et al., Table 3: figures that cannot be");
     section.paragraph(
-        "Of n values with mean m, none below b, the sample standard deviation is at most \
-         (m - b) times the root of n: all values but one are then at b. Table 3 states mean, best and \
+        "Of n values with mean m, none below b, the sample standard deviation is at most (m - b) \
+         times the root of n: all values but one are then at b. Table 3 states mean, best and \
          deviation of 30 runs, so that every entry can be checked.",
     );
     let mut findings = Findings::new(&["entry", "printed", "largest possible"]);
@@ -185,8 +189,8 @@ fn impossible() -> Section {
     }
     let [.., [_, best, _]] = TABLE_3[7];
     let cells = vec!["F8 GoldS-PSO, best".to_owned(), number(best), "-".to_owned()];
-    let reason = "The text calls it slightly worse than Gold-SA's 1.06e-7: a digit too many in the \
-                  exponent.";
+    let reason = "The text calls it slightly worse than Gold-SA's 1.06e-7: a digit too many in \
+                  the exponent.";
     findings.add(cells, Verdict::PaperContradictsItself, reason);
     section.findings(findings);
     section
@@ -207,10 +211,11 @@ fn means(result: &ComparisonResult) -> impl Iterator<Item = Vec<f64>> + '_ {
 fn origin_bias(printed: &ComparisonResult, shifted: &ComparisonResult, request: Value) -> Section {
     let mut section = Section::new("Chen et al., the same functions with the optimum moved");
     section.paragraph(
-        "All eight functions have their optimum at or near the origin, the middle of every range. SPSO, Gold-SA and GoldS-PSO multiply the position itself by numbers below 1, so they \
-         are drawn to the origin whatever they minimise: they find such an optimum without searching. \
-         Below, the optimum is moved by 20 to 40 % of the range and everything else is equal. Means of \
-         the best values, first as printed, then moved.",
+        "All eight functions have their optimum at or near the origin, the middle of every range. \
+         SPSO, Gold-SA and GoldS-PSO multiply the position itself by numbers below 1, so they are \
+         drawn to the origin whatever they minimise: they find such an optimum without searching. \
+         Below, the optimum is moved by 20 to 40 % of the range and everything else is equal. \
+         Means of the best values, first as printed, then moved.",
     );
     let row = |(at, moved): (&ProblemResult, &ProblemResult)| {
         let cells = at.methods.iter().zip(&moved.methods).map(|(at, moved)| {
@@ -255,8 +260,8 @@ fn ranking(printed: &ComparisonResult, shifted: &ComparisonResult) -> (Findings,
         "The printed zeros measure where the optimum was put, not how well the method searches.",
     );
     let lesson = format!(
-        "GoldS-PSO is the best of the five methods on {} functions as the paper has them, and on {} once \
-         the optimum is moved off the origin.",
+        "GoldS-PSO is the best of the five methods on {} functions as the paper has them, and on \
+         {} once the optimum is moved off the origin.",
         of(&at_origin),
         of(&moved)
     );

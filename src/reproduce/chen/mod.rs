@@ -9,8 +9,8 @@ use super::possible::Problem;
 use super::report::Section;
 
 pub(super) const CITATION: &str = "Chen, Zhang, Yi: Time-optimal trajectory planning for \
-    woodworking manipulators using an improved PSO algorithm. Applied Sciences 13 (2023) 10482, \
-    doi:10.3390/app131810482";
+                                   woodworking manipulators using an improved PSO algorithm. \
+                                   Applied Sciences 13 (2023) 10482, doi:10.3390/app131810482";
 
 pub(super) fn sections(runs: u32) -> Result<Vec<Section>, ReproduceError> {
     let mut sections = functions::sections(runs)?;

@@ -31,7 +31,11 @@ fn request(handling: &str, runs: u32) -> Value {
         row.into_iter().enumerate().map(keep).collect()
     };
     let waypoints: Vec<Vec<f64>> = waypoints().into_iter().map(still).collect();
-    let method = |(label, name, population): &(&str, &str, u32)| json!({ "label": label, "name": name, "population": population, "iterations": ITERATIONS });
+    let method = |(label, name, population): &(&str, &str, u32)| {
+        json!({
+            "label": label, "name": name, "population": population, "iterations": ITERATIONS,
+        })
+    };
     let most = METHODS.iter().map(|(.., population)| population).max().copied().unwrap_or(1);
     let mut limits = speed_alone();
     limits["lower"] = Value::Null;
@@ -72,12 +76,12 @@ pub(super) fn figure_12(runs: u32) -> Result<Section, ReproduceError> {
     let mut section = Section::new("Han et al., Figure 12: iterations to the optimum");
     section.paragraph(
         "Which joint the figure shows is not said; ours is joint 6, which needs longest. \"To the \
-         optimum\" is to within 0.1 % of the true one, the median over the runs that come there; in \
-         brackets the share of runs that do within 100 iterations. Where fewer than half do, the figure \
-         does not reproduce. Iterations count from 0, the random start. \
-         GA and COA have no printed parameters; theirs are our defaults, with 50 candidates and with \
-         100 and 200 points per iteration. The switch is the improved method's own: what breaks a \
-         limit is stretched instead of rejected. Each method ran both ways; judged is the improved one \
+         optimum\" is to within 0.1 % of the true one, the median over the runs that come there; \
+         in brackets the share of runs that do within 100 iterations. Where fewer than half do, \
+         the figure does not reproduce. Iterations count from 0, the random start. GA and COA \
+         have no printed parameters; theirs are our defaults, with 50 candidates and with 100 and \
+         200 points per iteration. The switch is the improved method's own: what breaks a limit \
+         is stretched instead of rejected. Each method ran both ways; judged is the improved one \
          with it and the others without.",
     );
     let heads = ["iterations of", "paper", "ours, with the switch", "ours, without"];
@@ -106,8 +110,8 @@ pub(super) fn figure_12(runs: u32) -> Result<Section, ReproduceError> {
 fn judge(method: usize, row: &MethodResult, population: u32) -> (Verdict, &'static str) {
     if row.success_rate < 0.5 {
         // Where most runs never come there, those that do say little.
-        let reason = "Fewer than half of our runs come there within 100 iterations. Parameters, and how \
-                      candidates over a limit are treated, are not printed.";
+        let reason = "Fewer than half of our runs come there within 100 iterations. Parameters, \
+                      and how candidates over a limit are treated, are not printed.";
         return (Verdict::DoesNotReproduce, reason);
     }
     let ours = iterations(row, population).unwrap_or(f64::NAN);
@@ -135,8 +139,8 @@ fn accuracy(rejected: &ProblemResult, repaired: &ProblemResult) -> Findings {
             Verdict::Reproduces => "Within a third of the published number.",
             Verdict::OrderOfMagnitude => "Better, by another share; parameters are not printed.",
             _ => {
-                "Ours ends near the optimum by itself: so large a gain means that the published run \
-                  stopped far from it."
+                "Ours ends near the optimum by itself: so large a gain means that the published \
+                 run stopped far from it."
             }
         };
         let cells = vec![label.to_owned(), published.to_string(), number(ours, 2)];
@@ -153,8 +157,9 @@ fn conclusion(rejected: &ProblemResult, repaired: &ProblemResult) -> String {
         [improved, standard].map(Option::unwrap_or_default).join(" and ")
     };
     format!(
-        "With the improved method's switch given to both, improved and standard PSO need {} iterations; \
-         without it for both, {}: the switch decides, not only the compression factor.",
+        "With the improved method's switch given to both, improved and standard PSO need {} \
+         iterations; without it for both, {}: the switch decides, not only the compression \
+         factor.",
         pair(repaired),
         pair(rejected)
     )

@@ -14,8 +14,8 @@ use super::report::Section;
 use data::{TABLE_2, TABLE_4};
 
 pub(super) const CITATION: &str = "Han, Shu, Wu, Chen, Zhang, Cai: Research of flexible assembly \
-    of miniature circuit breakers based on robot trajectory optimization. Algorithms 15 (2022) \
-    269, doi:10.3390/a15080269";
+                                   of miniature circuit breakers based on robot trajectory \
+                                   optimization. Algorithms 15 (2022) 269, doi:10.3390/a15080269";
 
 /// The paper's curve.
 const FAMILY: &str = "quintic_han";

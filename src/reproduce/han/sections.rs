@@ -11,9 +11,6 @@ use crate::reproduce::verdict::Verdict;
 const STANDARD: usize = 1;
 const IMPROVED: usize = 4;
 
-/// Printed to two decimals, three times over.
-const ROUNDING: f64 = 0.0051;
-
 /// Seconds of standard and improved PSO, saved, and saved in percent.
 fn totals(sections: &[[[f64; 3]; 2]]) -> [f64; 4] {
     let total = |column: usize| sections.iter().flat_map(|row| row[column]).sum::<f64>();
@@ -25,8 +22,8 @@ fn totals(sections: &[[[f64; 3]; 2]]) -> [f64; 4] {
 pub(super) fn table_6() -> Result<Section, ReproduceError> {
     let mut section = Section::new("Han et al., Table 6: all sections");
     section.paragraph(
-        "Section AB stands in Table 5 too, so that both can be compared. Of the other sections the \
-         paper prints times, but neither waypoints nor limits.",
+        "Section AB stands in Table 5 too, so that both can be compared. Of the other sections \
+         the paper prints times, but neither waypoints nor limits.",
     );
     let printed = TABLE_6.map(|(_, methods)| [methods[STANDARD], methods[IMPROVED]]);
     let corrected = [&[COMPOSED][..], &printed[1..]].concat();
@@ -38,8 +35,8 @@ pub(super) fn table_6() -> Result<Section, ReproduceError> {
     section.matrix(&["totals", "standard s", "improved s", "saved s", "saved %"], rows);
     let ([_, _, seconds, share], (_, _, published)) = (totals(&corrected), SAVED);
     section.learn(format!(
-        "Row AB holds the times of Table 5 dealt out in the wrong order. Put right, the improved method \
-         saves {seconds:.2} s or {share:.1} %, not {published} %."
+        "Row AB holds the times of Table 5 dealt out in the wrong order. Put right, the improved \
+         method saves {seconds:.2} s or {share:.1} %, not {published} %."
     ));
     let mut findings = Findings::new(&["figure", "paper", "ours"]);
     add_row_ab(&mut findings, &printed[0])?;
@@ -63,19 +60,23 @@ fn add_row_ab(findings: &mut Findings, printed: &[[f64; 3]; 2]) -> Result<(), Re
         findings.add(
             vec![name.to_owned(), format!("{printed:.2}"), format!("{table_5:.2}")],
             Verdict::PaperContradictsItself,
-            "Ours is Table 5's row \"optimal\". The same six times were dealt to the two methods row \
-             by row instead of column by column.",
+            "Ours is Table 5's row \"optimal\". The same six times were dealt to the two methods \
+             row by row instead of column by column.",
         );
     }
     let found = peaks(FAMILY, &waypoints(), &printed[1])?;
     let [speed, acceleration, jerk] = [0, 1, 2].map(|order| largest(&found, order));
     let [most, hardest, sharpest] = TABLE_4.map(|limits| limits[5]);
     findings.add(
-        vec!["AB, improved PSO, peak speed, rad/s".to_owned(), most.to_string(), format!("{speed:.3}")],
+        vec![
+            "AB, improved PSO, peak speed, rad/s".to_owned(),
+            most.to_string(),
+            format!("{speed:.3}"),
+        ],
         Verdict::BreaksItsLimits,
         format!(
-            "At the times as printed joint 6 reaches {speed:.3} rad/s, {acceleration:.3} rad/s^2 and {jerk:.2} \
-             rad/s^3; Table 4 allows {most}, {hardest} and {sharpest}."
+            "At the times as printed joint 6 reaches {speed:.3} rad/s, {acceleration:.3} rad/s^2 \
+             and {jerk:.2} rad/s^3; Table 4 allows {most}, {hardest} and {sharpest}."
         ),
     );
     Ok(())
@@ -88,7 +89,7 @@ fn add_savings(findings: &mut Findings, printed: &[[[f64; 3]; 2]], corrected: [f
         let [_, _, saved, _] = totals(&[*rows]);
         findings.add(
             vec![format!("{name}, saved, s"), published.to_string(), format!("{saved:.2}")],
-            adds_up(saved - published),
+            Verdict::adding_up(saved - published),
             "Follows from the printed times; they themselves cannot be checked.",
         );
     }
@@ -108,18 +109,11 @@ fn add_savings(findings: &mut Findings, printed: &[[[f64; 3]; 2]], corrected: [f
     }
 }
 
-fn adds_up(difference: f64) -> Verdict {
-    match difference.abs() < ROUNDING {
-        true => Verdict::AddsUp,
-        false => Verdict::PaperContradictsItself,
-    }
-}
-
 pub(super) fn table_7() -> Section {
     let mut section = Section::new("Han et al., Table 7: parts");
     section.paragraph(
-        "Measured times per part and section. The text names five parts, the table four. More than \
-         their sums cannot be checked, since the paths are not printed.",
+        "Measured times per part and section. The text names five parts, the table four. More \
+         than their sums cannot be checked, since the paths are not printed.",
     );
     let methods = ["no optimisation", "standard PSO", "improved PSO"];
     let mut findings = Findings::new(&["total of", "paper s", "sum of its column s"]);
@@ -127,7 +121,7 @@ pub(super) fn table_7() -> Section {
         let [parts @ .., total] = rows;
         for (at, method) in methods.into_iter().enumerate() {
             let sum: f64 = parts.iter().map(|row| row[at]).sum();
-            let (verdict, off) = (adds_up(sum - total[at]), (sum - total[at]).abs());
+            let (verdict, off) = (Verdict::adding_up(sum - total[at]), (sum - total[at]).abs());
             let reason = match verdict {
                 Verdict::AddsUp => "The total is the sum.".to_owned(),
                 _ => format!("Off by {off:.2} s."),
