@@ -3,6 +3,7 @@
 pub mod cell;
 mod error;
 mod limits;
+mod metrics;
 mod objectives;
 mod pareto;
 mod prepare;

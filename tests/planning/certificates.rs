@@ -9,9 +9,9 @@ use takt::robot::catalogue;
 use takt::trajectory::interpolation::{INTERPOLATIONS, ProfileLimits, Timing};
 use takt::trajectory::kernel::KernelLimits;
 use takt::trajectory::timing::{Handling, TimingProblem};
-use takt::trajectory::{Certificate, JointBounds, Limit, Trajectory};
+use takt::trajectory::{Certificate, Trajectory};
 
-use crate::support::{plan, scenario};
+use crate::support::{bounds, plan, scenario};
 
 const SAMPLES: usize = 100_000;
 const TRAJECTORIES: usize = 1_000;
@@ -24,17 +24,6 @@ fn derivative(coefficients: &[f64], order: usize, t: f64) -> f64 {
         sum += c * factor * t.powi((power - order) as i32);
     }
     sum
-}
-
-fn bounds(limit: f64) -> JointBounds {
-    let limit = || Some(Limit { value: limit, provenance: "test".into() });
-    JointBounds {
-        name: "j".into(),
-        unit: "rad",
-        lower: None,
-        upper: None,
-        derivatives: [limit(), limit(), limit()],
-    }
 }
 
 /// Random waypoints and durations whose ratios reach 1:1000.

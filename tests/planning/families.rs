@@ -7,9 +7,9 @@ use takt::math::random::RandomStream;
 use takt::trajectory::interpolation::{INTERPOLATIONS, Timing, interpolation};
 use takt::trajectory::kernel::KernelLimits;
 use takt::trajectory::timing::{Handling, TimingProblem};
-use takt::trajectory::{Certificate, JointBounds, Limit, Trajectory};
+use takt::trajectory::{Certificate, Trajectory};
 
-use crate::support::{faults, plan, scenario, try_plan, without_jerk};
+use crate::support::{bounds, faults, plan, scenario, try_plan, without_jerk};
 
 const UNIT: KernelLimits =
     KernelLimits { derivatives: [1.0; 3], position: [f64::NEG_INFINITY, f64::INFINITY] };
@@ -197,17 +197,6 @@ fn one_segment_holds_both_virtual_points() {
         [(&joint.velocity, 3.0), (&joint.acceleration, 6.0), (&joint.jerk, 12.0)]
     {
         assert!((peak.peak.unwrap() / expected - 1.0).abs() < 1e-14, "{peak:?}");
-    }
-}
-
-fn bounds(limit: f64) -> JointBounds {
-    let limit = || Some(Limit { value: limit, provenance: "test".into() });
-    JointBounds {
-        name: "j".into(),
-        unit: "rad",
-        lower: None,
-        upper: None,
-        derivatives: [limit(), limit(), limit()],
     }
 }
 

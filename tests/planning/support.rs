@@ -5,6 +5,7 @@ use takt::budget::Budget;
 use takt::fault::Faults;
 use takt::plan::{PlanError, PlanRequest, PlanResult, TrajectoryResult, scenarios, validate};
 use takt::robot::catalogue;
+use takt::trajectory::{JointBounds, Limit};
 
 /// A scenario's request with members of its task replaced or added.
 pub fn scenario(name: &str, task: Value) -> Value {
@@ -69,4 +70,16 @@ pub fn timeless(result: &TrajectoryResult) -> String {
         point.as_object_mut().unwrap().remove("elapsed_s");
     }
     value.to_string()
+}
+
+/// A joint with the same limit on velocity, acceleration and jerk.
+pub fn bounds(limit: f64) -> JointBounds {
+    let limit = || Some(Limit { value: limit, provenance: "test".into() });
+    JointBounds {
+        name: "j".into(),
+        unit: "rad",
+        lower: None,
+        upper: None,
+        derivatives: [limit(), limit(), limit()],
+    }
 }
