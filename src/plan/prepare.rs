@@ -66,6 +66,7 @@ pub fn validate(
             study::prepare_comparison(task, &common, &mut faults).map(PreparedTask::Study)
         }
         Task::Benchmark(task) => {
+            refuse_robot(request, &mut faults);
             study::prepare_benchmark(task, &mut faults).map(PreparedTask::Study)
         }
         Task::Waypoints(_) | Task::Program(_) if robot.is_none() => {
@@ -85,6 +86,20 @@ pub fn validate(
     // A task that is none has at least one fault.
     let prepared = |task| PreparedPlan { robot, limits, seed, task };
     faults.into_result(task)?.map(prepared).ok_or_else(Faults::default)
+}
+
+/// A benchmark's functions know neither robot nor limits: who gives them means something else.
+fn refuse_robot(request: &PlanRequest, faults: &mut Faults) {
+    for (name, given) in [
+        ("robot", request.robot.is_some()),
+        ("limits", request.limits.is_some()),
+        ("limit_scale", request.limit_scale.is_some()),
+    ] {
+        if given {
+            faults
+                .add(format!("/{name}"), format!("a benchmark runs on functions, without {name}"));
+        }
+    }
 }
 
 /// What a request says for all problems of a comparison.

@@ -44,6 +44,9 @@ const SWEEPS: usize = 4;
 /// Rounds in which a repaired candidate loses what rounding left above a limit.
 const ROUNDINGS: usize = 4;
 
+/// What rounding may add to a ratio that was scaled to 1.
+const ROUNDING: f64 = 1e-9;
+
 /// The search range around a segment's rest-to-rest duration.
 const DEFAULT_RANGE: [f64; 2] = [0.05, 2.0];
 
@@ -108,6 +111,23 @@ impl TimingProblem {
     /// The smallest lawful multiple of `durations`.
     pub fn scale(&self, durations: &[f64]) -> f64 {
         TimingCandidate::new(self).scale(durations)
+    }
+
+    /// True if the durations a candidate stands for keep every limit.
+    pub fn is_lawful(&self, position: &[f64]) -> bool {
+        let durations = self.decode(position);
+        let mut candidate = TimingCandidate::new(self);
+        let scale = candidate.scale(&durations);
+        scale <= 1.0 + ROUNDING && candidate.violation(&durations, 1.0) <= ROUNDING
+    }
+
+    /// The largest fitness that can be a duration: a penalty lifts every
+    /// candidate that breaks a limit above it.
+    pub fn highest_duration(&self) -> f64 {
+        match self.handling {
+            Handling::Penalty => self.bounds.upper.iter().sum(),
+            _ => f64::INFINITY,
+        }
     }
 
     /// Time, jerk and energy of the curve for `durations`.

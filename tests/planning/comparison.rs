@@ -254,6 +254,16 @@ fn every_fault_is_told_with_its_place() {
             "shortest",
         ),
         (
+            comparison(json!({ "task": { "constraints": "velocity_only" } })),
+            "/task/task/constraints",
+            "within all limits",
+        ),
+        (
+            comparison(json!({ "task": { "objective": { "time": 1, "energy": 1 } } })),
+            "/task/task/objective",
+            "by time alone",
+        ),
+        (
             json!({ "robot": "rokae_xb4", "task": { "type": "comparison", "methods": ["pso"],
                 "task": { "type": "program", "legs": [] } } }),
             "/task/task",
@@ -267,11 +277,44 @@ fn every_fault_is_told_with_its_place() {
         (benchmark(json!({ "population": 1 })), "/task/population", "outside 2"),
         (benchmark(json!({ "iterations": 2_000_000 })), "/task/iterations", "outside 0"),
         (benchmark(json!({ "colour": 1 })), "/task/colour", "unknown field"),
+        (json!({ "robot": "ur5e", "task": { "type": "benchmark" } }), "/robot", "without robot"),
+        (
+            json!({ "limits": { "jerk": null }, "task": { "type": "benchmark" } }),
+            "/limits",
+            "without limits",
+        ),
     ];
     for (request, pointer, words) in cases {
         let found = faults(request);
         let named = found.0.iter().any(|it| it.pointer == pointer && it.detail.contains(words));
         assert!(named, "{pointer} {words}: {found:?}");
+    }
+}
+
+/// What a penalty lifts above every lawful duration is not shown as one.
+#[test]
+fn penalties_are_no_durations() {
+    let penalty = |longest: f64| {
+        let durations = json!({ "min": 0.1, "max": longest });
+        let task = json!({ "constraint_handling": "penalty", "durations": durations });
+        let methods = json!(["pso", "ga"]);
+        compare(comparison(json!({ "task": task, "methods": methods, "max_evaluations": 200 })))
+    };
+    // Three segments of at most 1.95 s hardly hold the optimum of 5.757 s.
+    let narrow = penalty(1.95);
+    let problem = &narrow.problems[0];
+    assert!(problem.methods.iter().all(|row| row.feasible_runs == 0 && row.best.is_none()));
+    let values = problem.methods.iter().flat_map(|row| &row.curve).filter_map(|it| it.median);
+    assert_eq!(values.count(), 0);
+    // Where there is room, what is shown is at least the optimum and at most the range.
+    let wide = penalty(4.0);
+    let optimum = wide.problems[0].optimum.as_ref().unwrap().value;
+    for row in &wide.problems[0].methods {
+        assert!(row.feasible_runs > 0, "{}", row.label);
+        let lawful = optimum * (1.0 - 1e-9)..=12.0;
+        assert!(row.best.is_some_and(|best| lawful.contains(&best)), "{row:?}");
+        let shown = row.curve.iter().flat_map(|it| [it.lower_quartile, it.upper_quartile]);
+        assert!(shown.flatten().all(|value| lawful.contains(&value)), "{row:?}");
     }
 }
 

@@ -12,7 +12,7 @@ use crate::optimize::{OPTIMIZERS, OptimizerEntry, Settings, optimizer, optimizer
 use crate::plan::limits;
 use crate::plan::prepare::{Check, Common, check_population, resolve_robot};
 use crate::plan::prepared::PreparedWaypoints;
-use crate::plan::request::{Clock, OptimizerChoice, WaypointsTask};
+use crate::plan::request::{Clock, Constraints, OptimizerChoice, WaypointsTask};
 use crate::trajectory::JointBounds;
 use crate::trajectory::interpolation::Timing;
 
@@ -307,6 +307,11 @@ fn check_comparable(task: &WaypointsTask, pointer: &str, faults: &mut Faults) {
     if task.duration.is_some() {
         let detail = "methods are compared by the shortest duration they find";
         faults.add(format!("{pointer}/duration"), detail);
+    }
+    if task.constraints != Constraints::Full {
+        let detail = "methods are compared within all limits; those that shall not count are \
+                      removed with `limits`: null";
+        faults.add(format!("{pointer}/constraints"), detail);
     }
     for (name, given) in [
         ("objective", task.objective.is_some()),

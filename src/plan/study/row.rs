@@ -22,6 +22,14 @@ pub struct RunRecord {
     pub seconds: f64,
 }
 
+impl RunRecord {
+    /// That of a run that found nothing within the limits.
+    pub fn nothing(counts: usize, evaluations: u64, seconds: f64) -> Self {
+        let values = vec![f64::INFINITY; counts];
+        Self { value: f64::INFINITY, values, steps: Vec::new(), evaluations, seconds }
+    }
+}
+
 /// What a run has to come down to in order to succeed.
 pub fn threshold(best_known: f64, tolerance: f64) -> f64 {
     best_known + tolerance * if best_known == 0.0 { 1.0 } else { best_known.abs() }

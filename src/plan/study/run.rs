@@ -145,7 +145,9 @@ impl Session<'_> {
         let iterations = settings.integer("iterations");
         let solution = minimize(exact, search.as_mut(), iterations, self.budget, &mut report);
         self.stopped()?;
-        let found = solution.position.map(|position| KnownOptimum {
+        // What no scaling mends is not an optimum.
+        let lawful = solution.position.filter(|position| exact.is_lawful(position));
+        let found = lawful.map(|position| KnownOptimum {
             value: solution.fitness,
             position: exact.decode(&position),
             source: "exact optimum of the interpolation".to_owned(),
@@ -162,11 +164,11 @@ impl Session<'_> {
             Posed::Timing { exact, seeded, .. } => {
                 let deterministic = job.method.optimizer.is_deterministic();
                 let objective: &TimingProblem = if deterministic { exact } else { seeded };
-                self.search(posed, job, &SideBySide(objective), seed, best)
+                self.search(posed, job, &SideBySide(objective), Some(objective), seed, best)
             }
             Posed::Function { function, dimension, shifted } => {
                 let objective = function.objective(*dimension, *shifted, seed);
-                self.search(posed, job, &SideBySide(&objective), seed, best)
+                self.search(posed, job, &SideBySide(&objective), None, seed, best)
             }
         }
     }
@@ -176,11 +178,13 @@ impl Session<'_> {
         posed: &Posed<'_>,
         job: &Job<'_>,
         objective: &dyn Objective,
+        timing: Option<&TimingProblem>,
         seed: u64,
         best: &Best,
     ) -> RunRecord {
         let StudyMethod { label, optimizer, settings } = job.method;
-        let mut trace = Trace::new(self.grid, job.bar);
+        let highest = timing.map_or(f64::INFINITY, TimingProblem::highest_duration);
+        let mut trace = Trace::new(self.grid, job.bar, highest);
         let first = job.run == 0;
         let mut watch = Watch::new(self.reporter, posed.name(), label, job.lower_bound, first);
         let mut report = |point: &ConvergencePoint| {
@@ -194,9 +198,11 @@ impl Session<'_> {
         let solution = minimize(objective, search.as_mut(), iterations, &budget, &mut report);
         let seconds = self.budget.elapsed_s() - begun;
         let Solution { position, fitness, evaluations, .. } = solution;
-        if let Some(position) = position {
-            offer(best, fitness, job.index, position);
-        }
+        let lawful = |position: &Vec<f64>| timing.is_none_or(|problem| problem.is_lawful(position));
+        let Some(position) = position.filter(lawful) else {
+            return RunRecord::nothing(self.grid.len(), evaluations, seconds);
+        };
+        offer(best, fitness, job.index, position);
         let (values, steps) = trace.finish();
         RunRecord { value: fitness, values, steps, evaluations, seconds }
     }
@@ -301,7 +307,9 @@ impl<'a> Posed<'a> {
         match self {
             Self::Timing { study, .. } => {
                 let points = study.task.waypoints.len();
-                format!("{points} waypoints, {}", study.task.interpolation.title)
+                let family = study.task.interpolation;
+                let jumps = if family.executable { "" } else { ", not executable" };
+                format!("{points} waypoints, {}{jumps}", family.title)
             }
             Self::Function { function, shifted, .. } => {
                 let shifted = if *shifted { ", shifted" } else { "" };

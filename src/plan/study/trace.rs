@@ -30,15 +30,17 @@ pub struct Trace<'a> {
     best: f64,
     /// Values above it are no success whatever is found later.
     bar: f64,
+    /// Values above it are penalties: nothing was found yet.
+    highest: f64,
     /// Evaluations and value of each improvement below the bar.
     steps: Vec<(u64, f64)>,
 }
 
 impl<'a> Trace<'a> {
-    /// A trace that minds values up to `bar`.
-    pub fn new(grid: &'a [u64], bar: f64) -> Self {
+    /// A trace of values up to `highest` that minds the steps up to `bar`.
+    pub fn new(grid: &'a [u64], bar: f64, highest: f64) -> Self {
         let values = Vec::with_capacity(grid.len());
-        Self { grid, values, best: f64::INFINITY, bar, steps: Vec::new() }
+        Self { grid, values, best: f64::INFINITY, bar, highest, steps: Vec::new() }
     }
 
     /// Takes a generation in. At a count within a generation the best is that
@@ -46,7 +48,7 @@ impl<'a> Trace<'a> {
     pub fn push(&mut self, point: &ConvergencePoint) {
         let due = self.grid.partition_point(|&count| count < point.evaluations);
         self.fill(due);
-        let best = point.best.unwrap_or(f64::INFINITY);
+        let best = point.best.filter(|best| *best <= self.highest).unwrap_or(f64::INFINITY);
         if best >= self.best {
             return;
         }
@@ -104,12 +106,14 @@ mod tests {
     #[test]
     fn a_value_counts_once_its_generation_is_finished() {
         let grid = [5, 10, 15, 20, 40];
-        let mut trace = Trace::new(&grid, 2.0);
+        let mut trace = Trace::new(&grid, 2.0, 2.9);
         for (evaluations, best) in [(10, 3.0), (20, 2.0), (30, 1.5)] {
             trace.push(&point(evaluations, best));
         }
         let (values, steps) = trace.finish();
-        assert_eq!(values, [f64::INFINITY, 3.0, 3.0, 2.0, 1.5]);
+        // 3.0 is a penalty.
+        let none = f64::INFINITY;
+        assert_eq!(values, [none, none, none, 2.0, 1.5]);
         assert_eq!(steps, [(20, 2.0), (30, 1.5)]);
         assert_eq!(reached(&steps, 1.9), Some(30));
         assert_eq!(reached(&steps, 1.0), None);
@@ -117,7 +121,7 @@ mod tests {
 
     #[test]
     fn a_long_way_down_stays_small_and_never_claims_too_early() {
-        let mut trace = Trace::new(&[], f64::INFINITY);
+        let mut trace = Trace::new(&[], f64::INFINITY, f64::INFINITY);
         for step in 1..10_000u64 {
             trace.push(&point(step, 1.0 / step as f64));
         }
