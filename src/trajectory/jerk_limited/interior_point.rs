@@ -1,0 +1,253 @@
+//! The interior point method.
+
+use pulp::{Arch, WithSimd};
+
+use crate::math::lanes::{Lanes, Simd, registers};
+
+use super::newton::{Residuals, Work, backward, forward, trial};
+use super::problem::{Iterate, Problem};
+
+#[derive(Clone, Copy, Debug)]
+pub struct Settings {
+    pub mu_start: f64,
+    pub mu_end: f64,
+    pub kappa: f64,
+    pub dual_weight: f64,
+    pub mu_factor: f64,
+    pub mu_power: f64,
+    pub iterations: usize,
+    pub verbose: bool,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            mu_start: 1e-2,
+            mu_end: 1e-7,
+            kappa: 10.0,
+            dual_weight: 1.0,
+            mu_factor: 0.2,
+            mu_power: 1.5,
+            iterations: 150,
+            verbose: false,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+pub struct Outcome {
+    pub iterations: usize,
+    pub mu: f64,
+    pub primal: f64,
+    pub dual: f64,
+    pub converged: bool,
+}
+
+struct Backward<'a>(&'a Problem, &'a Iterate, &'a mut Work, f64, usize);
+impl WithSimd for Backward<'_> {
+    type Output = Residuals;
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Residuals {
+        let Self(problem, point, work, mu, group) = self;
+        let mut all = Residuals::default();
+        for part in 0..registers::<S>(problem.groups[group].used) {
+            all.include(&backward(simd, problem, point, work, group, part, mu));
+        }
+        all
+    }
+}
+impl Residuals {
+    fn include(&mut self, r: &Self) {
+        self.dual = self.dual.max(r.dual);
+        self.primal = self.primal.max(r.primal);
+        self.largest_product = self.largest_product.max(r.largest_product);
+        self.sum += r.sum;
+        self.complementarity += r.complementarity;
+    }
+}
+struct Forward<'a>(&'a Problem, &'a Iterate, &'a mut Work, f64, usize);
+impl WithSimd for Forward<'_> {
+    type Output = [f64; 3];
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> [f64; 3] {
+        let Self(problem, point, work, mu, group) = self;
+        let mut all = [0.0f64; 3];
+        for part in 0..registers::<S>(problem.groups[group].used) {
+            let [a, b, c] = forward(simd, problem, point, work, group, part, mu);
+            all = [all[0].max(a), all[1].max(b), all[2] + c];
+        }
+        all
+    }
+}
+struct Trial<'a>(&'a Problem, &'a Iterate, &'a Iterate, usize);
+impl WithSimd for Trial<'_> {
+    type Output = [f64; 3];
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> [f64; 3] {
+        let Self(problem, old, new, group) = self;
+        let mut all = [0.0f64; 3];
+        for part in 0..registers::<S>(problem.groups[group].used) {
+            let [a, b, c] = trial(simd, problem, old, new, group, part);
+            all = [all[0] + a, all[1].max(b), all[2] + c];
+        }
+        all
+    }
+}
+
+/// Steps of the durations: the curvature is made positive if it is not.
+fn couple(work: &mut Work, scratch: &mut [f64]) -> (bool, f64) {
+    let n = work.durations.len();
+    let largest = (0..n).map(|i| work.curvature[i * n + i].abs()).fold(1e-300, f64::max);
+    let mut shift = 0.0;
+    for _ in 0..60 {
+        scratch.copy_from_slice(&work.curvature);
+        for i in 0..n {
+            scratch[i * n + i] += shift;
+            work.durations[i] = -(1.0 + work.slope[i]);
+        }
+        if eliminate(scratch, &mut work.durations, 1e-9 * largest) {
+            return (true, shift);
+        }
+        shift = if shift == 0.0 { 1e-3 * largest } else { shift * 4.0 };
+    }
+    (false, shift)
+}
+
+/// Solves `matrix x = right` in place by elimination; false if a pivot is below `least`.
+fn eliminate(matrix: &mut [f64], right: &mut [f64], least: f64) -> bool {
+    let n = right.len();
+    for c in 0..n {
+        let pivot = matrix[c * n + c];
+        if !(pivot > least) {
+            return false;
+        }
+        for r in c + 1..n {
+            let factor = matrix[r * n + c] / pivot;
+            for q in c..n {
+                matrix[r * n + q] -= factor * matrix[c * n + q];
+            }
+            right[r] -= factor * right[c];
+        }
+    }
+    for c in (0..n).rev() {
+        let mut sum = right[c];
+        for l in c + 1..n {
+            sum -= matrix[c * n + l] * right[l];
+        }
+        right[c] = sum / matrix[c * n + c];
+    }
+    true
+}
+
+fn advance(problem: &Problem, old: &Iterate, work: &Work, primal: f64, dual: f64, new: &mut Iterate) {
+    let (n, k) = (problem.segments, problem.cells);
+    let all = n * k;
+    for (index, (new, (old, step))) in new.cells.iter_mut().zip(old.cells.iter().zip(&work.steps)).enumerate() {
+        let c = index % all;
+        new.s[0] = if (c + 1) % k == 0 { old.s[0] } else { old.s[0] + step.s[0] * primal };
+        new.s[1] = if c + 1 == all { old.s[1] } else { old.s[1] + step.s[1] * primal };
+        new.s[2] = old.s[2] + step.s[2] * primal;
+        for r in 0..8 {
+            new.z[r] = old.z[r] + step.z[r] * dual;
+        }
+    }
+    for (i, d) in work.durations.iter().enumerate() {
+        new.durations[i] = old.durations[i] + d * primal;
+    }
+    let mix = |new: &mut Lanes, old: Lanes, full: Lanes| *new = old + (full + (-old)) * primal;
+    for i in 0..new.lambda.len() {
+        mix(&mut new.lambda[i], old.lambda[i], work.lambda[i]);
+    }
+    for g in 0..new.goal.len() {
+        for e in 0..2 {
+            mix(&mut new.goal[g][e], old.goal[g][e], work.goal[g][e]);
+        }
+    }
+}
+
+/// Minimises the sum of durations from `point` on.
+pub fn solve(problem: &Problem, point: &mut Iterate, settings: &Settings) -> Outcome {
+    let n = problem.segments;
+    let groups = problem.groups.len();
+    let arch = Arch::new();
+    let mut work = Work::new(problem);
+    let mut scratch = vec![0.0; n * n];
+    let mut mu = settings.mu_start;
+    let mut out = Outcome { iterations: 0, mu, primal: 0.0, dual: 0.0, converged: false };
+    let mut penalty = 1e-3;
+    let mut next = point.clone();
+    let mut last = (0.0, 0.0, 0, 0.0);
+    for iteration in 0..=settings.iterations {
+        let mut r = Residuals::default();
+        let mut assemble = |point: &Iterate, work: &mut Work, mu: f64| {
+            let mut r = Residuals::default();
+            work.curvature.fill(0.0);
+            work.slope.fill(0.0);
+            work.gradient.fill(0.0);
+            for g in 0..groups {
+                r.include(&arch.dispatch(Backward(problem, point, work, mu, g)));
+            }
+            r
+        };
+        r = assemble(point, &mut work, mu);
+        for (i, g) in work.gradient.iter().enumerate() {
+            r.dual = r.dual.max((g + 1.0).abs() * point.durations[i]);
+        }
+        let error = (r.dual * settings.dual_weight).max(r.primal).max(r.largest_product - mu);
+        if settings.verbose {
+            println!("{iteration:3} obj {:.6} mu {mu:.1e} primal {:.1e} dual {:.1e} comp {:.1e} steps {:.3} {:.3} tries {} shift {:.1e}", point.durations.iter().sum::<f64>(), r.primal, r.dual, r.largest_product, last.0, last.1, last.2, last.3);
+        }
+        out = Outcome { iterations: iteration, mu, primal: r.primal, dual: r.dual, converged: false };
+        if !(r.sum.is_finite() && r.dual.is_finite()) {
+            return out;
+        }
+        if error < settings.kappa * mu {
+            if mu <= settings.mu_end {
+                out.converged = true;
+                return out;
+            }
+            mu = (mu * settings.mu_factor).min(mu.powf(settings.mu_power)).max(settings.mu_end);
+            penalty = 1e-3;
+            assemble(point, &mut work, mu);
+        }
+        let (fine, shift) = couple(&mut work, &mut scratch);
+        if iteration == settings.iterations || !fine {
+            return out;
+        }
+        let mut f = [0.0f64; 3];
+        for g in 0..groups {
+            let q = arch.dispatch(Forward(problem, point, &mut work, mu, g));
+            f = [f[0].max(q[0]), f[1].max(q[1]), f[2] + q[2]];
+        }
+        let tau = (1.0 - mu).clamp(0.95, 0.999);
+        let mut alpha = (tau / f[0].max(1e-300)).min(1.0);
+        let dual = (tau / f[1].max(1e-300)).min(1.0);
+        let sum_dh: f64 = work.durations.iter().sum();
+        let slope_phi = sum_dh - mu * f[2];
+        if r.sum > 1e-13 && slope_phi > 0.0 {
+            penalty = f64::max(penalty, slope_phi / (0.7 * r.sum));
+        }
+        let slope = slope_phi - penalty * r.sum;
+        let mut tries = 0;
+        loop {
+            advance(problem, point, &work, alpha, dual, &mut next);
+            let mut t = [0.0f64; 3];
+            for g in 0..groups {
+                let q = arch.dispatch(Trial(problem, point, &next, g));
+                t = [t[0] + q[0], t[1].max(q[1]), t[2] + q[2]];
+            }
+            tries += 1;
+            let change = alpha * sum_dh - mu * t[2] + penalty * (t[0] - r.sum);
+            if t[1] < 0.9995 && (change <= 1e-4 * alpha * slope + 1e-12 || tries > 12) {
+                break;
+            }
+            if tries > 40 {
+                return out;
+            }
+            alpha *= 0.5;
+        }
+        last = (alpha, dual, tries, shift);
+        std::mem::swap(point, &mut next);
+    }
+    out
+}

@@ -1,0 +1,62 @@
+//! The programme that the interior point method solves, in units of its own.
+
+use crate::math::lanes::Lanes;
+
+/// Stands for a limit that does not exist: far enough to take no part.
+pub const FREE: f64 = 1e12;
+
+/// Eight joints' limits and ends, each joint in its own unit of length.
+#[derive(Clone, Debug)]
+pub struct Group {
+    /// Lanes that are joints, always the first ones.
+    pub used: usize,
+    /// One where a lane is a joint, else zero.
+    pub real: Lanes,
+    /// Limits of velocity, acceleration and jerk.
+    pub limits: [Lanes; 3],
+    /// One where jerk is limited, else zero: then acceleration jumps at the
+    /// start of a cell and is constant in it.
+    pub smooth: Lanes,
+    /// Velocity and acceleration at the start and at the goal.
+    pub ends: [[Lanes; 2]; 2],
+}
+
+/// Waypoints and limits, laid out for the interior point method.
+#[derive(Clone, Debug)]
+pub struct Problem {
+    /// Segments between waypoints.
+    pub segments: usize,
+    /// Cells per segment.
+    pub cells: usize,
+    pub groups: Vec<Group>,
+    /// Way of each segment: `[group * segments + segment]`.
+    pub change: Vec<Lanes>,
+    /// Each cell's share of its segment's duration, joint by joint: `[group][segment][cell]`.
+    pub shares: Vec<Lanes>,
+}
+
+/// One cell of eight joints.
+#[derive(Clone, Copy, Debug)]
+pub struct Cell {
+    /// Position since the last waypoint, velocity and acceleration at the cell's end.
+    pub s: [Lanes; 3],
+    /// Multipliers of the cell's inequalities, see [`super::newton`].
+    pub z: [Lanes; 8],
+}
+
+impl Cell {
+    pub const ZERO: Self = Self { s: [Lanes::ZERO; 3], z: [Lanes::ZERO; 8] };
+}
+
+/// A primal and dual point.
+#[derive(Clone, Debug)]
+pub struct Iterate {
+    /// Duration of each segment.
+    pub durations: Vec<f64>,
+    /// `[group][segment][cell]`.
+    pub cells: Vec<Cell>,
+    /// Multiplier of each segment's way: `[group * segments + segment]`.
+    pub lambda: Vec<Lanes>,
+    /// Multipliers of the goal's velocity and acceleration, per group.
+    pub goal: Vec<[Lanes; 2]>,
+}
