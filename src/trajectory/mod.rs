@@ -6,6 +6,7 @@ mod curve;
 mod export;
 pub mod front;
 pub mod interpolation;
+pub mod jerk_limited;
 pub mod kernel;
 mod limits;
 pub mod objective;

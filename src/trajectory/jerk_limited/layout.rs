@@ -1,0 +1,218 @@
+//! From waypoints and limits to a programme in units of its own, with a start.
+//!
+//! Time is measured in the mean of the durations that the joints would need from
+//! rest to rest, each joint's way in the longest of its ways. So all numbers are near 1
+//! however far the limits are apart.
+
+use crate::math::lanes::{Lanes, WIDTH};
+use crate::trajectory::kernel::KernelLimits;
+
+use super::problem::{Cell, FREE, Group, Iterate, Problem};
+
+/// How much slower than necessary the start is, so that it lies inside the limits.
+const EASE: f64 = 1.1;
+
+/// Units: seconds per unit of time, rad or m per unit of each joint's length.
+#[derive(Clone, Debug)]
+pub struct Units {
+    pub time: f64,
+    pub length: Vec<f64>,
+}
+
+/// Durations in which a fifth-order polynomial from rest to rest keeps all limits, s.
+///
+/// Its peaks are `15/8 d/h`, `10/sqrt(3) d/h²` and `60 d/h³`.
+pub fn rest_to_rest(ways: &[Vec<f64>], limits: &[KernelLimits]) -> Vec<f64> {
+    let of = |way: f64, limit: &KernelLimits| {
+        let way = way.abs();
+        let [velocity, acceleration, jerk] = limit.derivatives;
+        let peak = 10.0 / libm::sqrt(3.0);
+        (1.875 * way / velocity)
+            .max(libm::sqrt(peak * way / acceleration))
+            .max(libm::cbrt(60.0 * way / jerk))
+    };
+    let slowest = |row: &Vec<f64>| row.iter().zip(limits).map(|(w, l)| of(*w, l)).fold(0.0, f64::max);
+    ways.iter().map(slowest).collect()
+}
+
+impl Units {
+    fn new(ways: &[Vec<f64>], limits: &[KernelLimits], durations: &[f64]) -> Self {
+        let time = durations.iter().sum::<f64>() / durations.len() as f64;
+        let longest = |joint: usize| ways.iter().map(|row| row[joint].abs()).fold(0.0, f64::max);
+        let length = (0..limits.len()).map(|joint| {
+            // A joint that hardly moves is measured by how far it could.
+            let mut reach = f64::INFINITY;
+            let mut power = 1.0;
+            for limit in limits[joint].derivatives {
+                power *= time;
+                reach = reach.min(limit * power);
+            }
+            let reach = if reach.is_finite() { 1e-2 * reach } else { f64::MIN_POSITIVE };
+            longest(joint).max(reach).max(1e-300)
+        });
+        Self { time, length: length.collect() }
+    }
+}
+
+/// Limits of joint `joint` in its units; what does not exist is far away.
+fn scaled(limit: &KernelLimits, units: &Units, joint: usize) -> [f64; 3] {
+    let mut power = 1.0;
+    limit.derivatives.map(|limit| {
+        power *= units.time;
+        (limit * power / units.length[joint]).min(FREE)
+    })
+}
+
+/// The same limits, but with finite acceleration where neither acceleration nor
+/// jerk is limited.
+///
+/// The optimum would have jumps of velocity there. Ramps that are short
+/// compared with any segment stand for them.
+pub fn effective(ways: &[Vec<f64>], limits: &[KernelLimits]) -> Vec<KernelLimits> {
+    let shortest = rest_to_rest(ways, limits)
+        .into_iter()
+        .filter(|h| *h > 0.0)
+        .fold(f64::INFINITY, f64::min);
+    let shortest = if shortest.is_finite() { shortest } else { 1.0 };
+    let mut limits = limits.to_vec();
+    for (joint, limit) in limits.iter_mut().enumerate() {
+        let [velocity, acceleration, jerk] = limit.derivatives;
+        if acceleration.is_finite() || jerk.is_finite() {
+            continue;
+        }
+        let longest = ways.iter().map(|row| row[joint].abs()).fold(0.0, f64::max);
+        let speed = if velocity.is_finite() { velocity } else { 1e3 * longest / shortest };
+        limit.derivatives[1] = if speed > 0.0 { 1e3 * speed / shortest } else { 1.0 };
+    }
+    limits
+}
+
+/// A problem with `cells` equal cells per segment, and a point inside its limits.
+pub fn pose(
+    ways: &[Vec<f64>],
+    limits: &[KernelLimits],
+    cells: usize,
+    mu: f64,
+) -> (Problem, Iterate, Units) {
+    let durations = rest_to_rest(ways, limits);
+    let units = Units::new(ways, limits, &durations);
+    let (segments, dof) = (ways.len(), limits.len());
+    let groups: Vec<Group> = (0..dof.div_ceil(WIDTH))
+        .map(|group| {
+            let used = (dof - group * WIDTH).min(WIDTH);
+            let mut g = Group {
+                used,
+                real: Lanes::ZERO,
+                limits: [Lanes([1.0; WIDTH]); 3],
+                smooth: Lanes([1.0; WIDTH]),
+                ends: [[Lanes::ZERO; 2]; 2],
+            };
+            for lane in 0..used {
+                let joint = group * WIDTH + lane;
+                g.real.0[lane] = 1.0;
+                let values = scaled(&limits[joint], &units, joint);
+                for order in 0..3 {
+                    g.limits[order].0[lane] = values[order];
+                }
+                g.smooth.0[lane] = if values[2] < FREE { 1.0 } else { 0.0 };
+            }
+            g
+        })
+        .collect();
+    let mut change = vec![Lanes::ZERO; groups.len() * segments];
+    for (segment, row) in ways.iter().enumerate() {
+        for (joint, way) in row.iter().enumerate() {
+            let at = joint / WIDTH * segments + segment;
+            change[at].0[joint % WIDTH] = way / units.length[joint];
+        }
+    }
+    let shares = vec![Lanes([1.0 / cells as f64; WIDTH]); groups.len() * segments * cells];
+    let problem = Problem { segments, cells, groups, change, shares };
+    let durations: Vec<f64> = durations.iter().map(|h| (h / units.time).max(1e-6) * EASE).collect();
+    let point = start(&problem, durations, mu);
+    (problem, point, units)
+}
+
+/// Stops at every waypoint, along fifth-order polynomials.
+fn start(problem: &Problem, durations: Vec<f64>, mu: f64) -> Iterate {
+    let (n, k) = (problem.segments, problem.cells);
+    let mut cells = Vec::with_capacity(problem.shares.len());
+    for group in 0..problem.groups.len() {
+        for (segment, h) in durations.iter().enumerate() {
+            let way = problem.change[group * n + segment];
+            for q in 0..k {
+                let u = (q + 1) as f64 / k as f64;
+                let (u2, u3) = (u * u, u * u * u);
+                let mut cell = Cell::ZERO;
+                if q + 1 == k {
+                    cell.s[0] = way;
+                } else {
+                    cell.s[0] = way * (10.0 * u3 - 15.0 * u2 * u2 + 6.0 * u3 * u2);
+                    cell.s[1] = way * ((30.0 * u2 - 60.0 * u3 + 30.0 * u2 * u2) / h);
+                    cell.s[2] = way * ((60.0 * u - 180.0 * u2 + 120.0 * u3) / (h * h));
+                }
+                cells.push(cell);
+            }
+        }
+    }
+    let mut point = Iterate {
+        durations,
+        cells,
+        lambda: vec![Lanes::ZERO; problem.groups.len() * n],
+        goal: vec![[Lanes::ZERO; 2]; problem.groups.len()],
+    };
+    center(problem, &mut point, mu);
+    point
+}
+
+/// Sets all multipliers to where they belong on the central path.
+pub fn center(problem: &Problem, point: &mut Iterate, mu: f64) {
+    let all = problem.segments * problem.cells;
+    for index in 0..point.cells.len() {
+        for lane in 0..WIDTH {
+            let g = slack(problem, point, index / all, index % all, lane);
+            for r in 0..8 {
+                point.cells[index].z[r].0[lane] = mu / g[r];
+            }
+        }
+    }
+}
+
+/// Duration of a cell, and velocity and acceleration where it starts.
+pub fn before(
+    problem: &Problem,
+    point: &Iterate,
+    group: usize,
+    c: usize,
+    lane: usize,
+) -> [f64; 3] {
+    let all = problem.segments * problem.cells;
+    let t = problem.shares[group * all + c].0[lane] * point.durations[c / problem.cells];
+    if c == 0 {
+        let [v, a] = problem.groups[group].ends[0];
+        [t, v.0[lane], a.0[lane]]
+    } else {
+        let [_, v, a] = point.cells[group * all + c - 1].s;
+        [t, v.0[lane], a.0[lane]]
+    }
+}
+
+/// The slacks of one joint's cell, in the order of [`super::newton::View::slack`].
+pub fn slack(problem: &Problem, point: &Iterate, group: usize, c: usize, lane: usize) -> [f64; 8] {
+    let all = problem.segments * problem.cells;
+    let [t, v, a] = before(problem, point, group, c, lane);
+    let [_, v1, a1] = point.cells[group * all + c].s.map(|s| s.0[lane]);
+    let g = &problem.groups[group];
+    let [velocity, acceleration, jerk] = g.limits.map(|limit| limit.0[lane]);
+    let middle = v + 0.5 * g.smooth.0[lane] * t * a;
+    [
+        jerk * t - (a1 - a),
+        jerk * t + (a1 - a),
+        acceleration - a1,
+        acceleration + a1,
+        velocity - v1,
+        velocity + v1,
+        velocity - middle,
+        velocity + middle,
+    ]
+}

@@ -1,0 +1,283 @@
+//! One joint's motion as pieces of constant jerk, and all joints' as a [`Trajectory`].
+
+use crate::math::lanes::WIDTH;
+use crate::trajectory::Trajectory;
+use crate::trajectory::kernel::KernelLimits;
+
+use super::layout::{Units, before};
+use super::problem::{Iterate, Problem};
+
+/// Neighbouring pieces whose jerk differs by less than this share of its limit become one.
+const ALIKE: f64 = 1e-3;
+
+/// Breakpoints of different joints closer than this share of their segment, or
+/// than this many seconds, become one.
+const TOGETHER: [f64; 2] = [1e-11, 3e-12];
+
+/// Constant jerk for a while.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Phase {
+    /// When it starts, counted from the segment's start, s.
+    pub start: f64,
+    /// How long it lasts, s.
+    pub length: f64,
+    /// Position since the waypoint, velocity and acceleration where it starts, and jerk.
+    pub state: [f64; 4],
+}
+
+impl Phase {
+    /// Position, velocity and acceleration `t` after the start, and jerk.
+    pub fn at(&self, t: f64) -> [f64; 4] {
+        let [x, v, a, j] = self.state;
+        [
+            x + t * (v + t * (a / 2.0 + t * j / 6.0)),
+            v + t * (a + t * j / 2.0),
+            a + t * j,
+            j,
+        ]
+    }
+
+    /// Largest magnitudes of velocity, acceleration and jerk.
+    pub fn peaks(&self) -> [f64; 3] {
+        let [_, v, a, j] = self.state;
+        let [_, v1, a1, _] = self.at(self.length);
+        let mut speed = v.abs().max(v1.abs());
+        // Speed turns where acceleration changes sign.
+        if a * a1 < 0.0 {
+            speed = speed.max((v - a * a / (2.0 * j)).abs());
+        }
+        [speed, a.abs().max(a1.abs()), j.abs()]
+    }
+
+    /// The same motion `factor` times as slow.
+    pub fn stretch(&mut self, factor: f64) {
+        self.start *= factor;
+        self.length *= factor;
+        let mut divisor = 1.0;
+        for value in &mut self.state {
+            *value /= divisor;
+            divisor *= factor;
+        }
+    }
+}
+
+/// `phases[joint][segment]`: every joint's motion.
+#[derive(Clone, Debug)]
+pub struct Motion {
+    pub durations: Vec<f64>,
+    pub phases: Vec<Vec<Vec<Phase>>>,
+}
+
+impl Motion {
+    pub fn duration(&self) -> f64 {
+        self.durations.iter().sum()
+    }
+
+    /// The largest share of a limit that is used, as the factor by which the
+    /// motion would have to be slower to use exactly all of it.
+    pub fn ratio(&self, limits: &[KernelLimits]) -> f64 {
+        let mut ratio = 0.0f64;
+        for (segments, limit) in self.phases.iter().zip(limits) {
+            let [velocity, acceleration, jerk] = limit.derivatives;
+            let mut worst = [0.0f64; 3];
+            for phase in segments.iter().flatten() {
+                for (worst, peak) in worst.iter_mut().zip(phase.peaks()) {
+                    // Not-a-number must not get lost.
+                    *worst = if peak > *worst || peak.is_nan() { peak } else { *worst };
+                }
+            }
+            let ratios = [
+                worst[0] / velocity,
+                libm::sqrt(worst[1] / acceleration),
+                libm::cbrt(worst[2] / jerk),
+            ];
+            for value in ratios {
+                ratio = if value > ratio || value.is_nan() { value } else { ratio };
+            }
+        }
+        ratio
+    }
+
+    /// The same motion `factor` times as slow.
+    pub fn stretch(&mut self, factor: f64) {
+        self.durations.iter_mut().for_each(|h| *h *= factor);
+        self.phases.iter_mut().flatten().flatten().for_each(|phase| phase.stretch(factor));
+    }
+
+    /// As one piecewise polynomial, with the times of the waypoints.
+    pub fn trajectory(&self, waypoints: &[Vec<f64>]) -> (Trajectory, Vec<f64>) {
+        let mut breakpoints = vec![0.0];
+        let mut times = vec![0.0];
+        let mut pieces = Vec::new();
+        let mut start = 0.0;
+        for (segment, &length) in self.durations.iter().enumerate() {
+            let cuts = self.cuts(segment);
+            let mut now = vec![0usize; self.phases.len()];
+            for pair in cuts.windows(2) {
+                let middle = 0.5 * (pair[0] + pair[1]);
+                let piece = self.phases.iter().zip(&mut now).enumerate().map(|(joint, (segments, now))| {
+                    let phases = &segments[segment];
+                    while *now + 1 < phases.len() && phases[*now + 1].start <= middle {
+                        *now += 1;
+                    }
+                    let [x, v, a, j] = phases[*now].at(pair[0] - phases[*now].start);
+                    vec![waypoints[segment][joint] + x, v, a / 2.0, j / 6.0]
+                });
+                pieces.push(piece.collect());
+                breakpoints.push(start + pair[1]);
+            }
+            start += length;
+            if let Some(last) = breakpoints.last_mut() {
+                *last = start;
+            }
+            times.push(start);
+        }
+        (Trajectory { breakpoints, pieces }, times)
+    }
+
+    /// Where any joint's jerk changes in a segment, from 0 to its duration.
+    fn cuts(&self, segment: usize) -> Vec<f64> {
+        let length = self.durations[segment];
+        let near = (TOGETHER[0] * length).max(TOGETHER[1]);
+        let mut all: Vec<f64> =
+            self.phases.iter().flat_map(|joint| joint[segment].iter().map(|p| p.start)).collect();
+        all.sort_by(f64::total_cmp);
+        let mut cuts = vec![0.0];
+        for cut in all {
+            if cut - cuts[cuts.len() - 1] > near && length - cut > near {
+                cuts.push(cut);
+            }
+        }
+        cuts.push(length);
+        cuts
+    }
+}
+
+/// One joint's segment of the programme: durations of pieces and acceleration
+/// at (or, where jerk is free, in) each.
+struct Course {
+    smooth: bool,
+    lengths: Vec<f64>,
+    /// At the end of each piece.
+    accelerations: Vec<f64>,
+    /// Velocity and acceleration at the start.
+    start: [f64; 2],
+}
+
+impl Course {
+    fn new(problem: &Problem, point: &Iterate, joint: usize, segment: usize) -> Self {
+        let (group, lane) = (joint / WIDTH, joint % WIDTH);
+        let k = problem.cells;
+        let all = problem.segments * k;
+        let smooth = problem.groups[group].smooth.0[lane] > 0.0;
+        let limit = problem.groups[group].limits[if smooth { 2 } else { 1 }].0[lane];
+        let [_, v, a] = before(problem, point, group, segment * k, lane);
+        let mut course = Self { smooth, lengths: vec![], accelerations: vec![], start: [v, a] };
+        let mut from = a;
+        let mut last = f64::NAN;
+        for q in 0..k {
+            let c = segment * k + q;
+            let length = problem.shares[group * all + c].0[lane] * point.durations[segment];
+            let to = point.cells[group * all + c].s[2].0[lane];
+            let value = if smooth { (to - from) / length } else { to };
+            // A piece whose value is that of the piece before continues it.
+            if (value - last).abs() <= ALIKE * limit && k - q + course.lengths.len() > 4 {
+                let end = course.lengths.len() - 1;
+                course.lengths[end] += length;
+                if smooth {
+                    course.accelerations[end] = to;
+                } else {
+                    let whole = course.lengths[end];
+                    course.accelerations[end] += (to - course.accelerations[end]) * length / whole;
+                }
+            } else {
+                course.lengths.push(length);
+                course.accelerations.push(to);
+                last = value;
+            }
+            from = to;
+        }
+        course
+    }
+
+    /// Pieces of constant jerk from the accelerations.
+    fn phases(&self) -> Vec<Phase> {
+        let mut phases = Vec::with_capacity(self.lengths.len());
+        let [mut v, mut a] = self.start;
+        let (mut x, mut start) = (0.0, 0.0);
+        for (&length, &end) in self.lengths.iter().zip(&self.accelerations) {
+            let jerk = if self.smooth { (end - a) / length } else { 0.0 };
+            let phase = Phase { start, length, state: [x, v, if self.smooth { a } else { end }, jerk] };
+            [x, v, _, _] = phase.at(length);
+            a = end;
+            start += length;
+            phases.push(phase);
+        }
+        phases
+    }
+
+    /// Changes the accelerations as little as possible (in the sum of squares) so that the
+    /// course ends `way` from where it started, at velocity `end`.
+    fn restore(&mut self, way: f64, end: f64) {
+        let count = self.lengths.len();
+        let total: f64 = self.lengths.iter().sum();
+        let free = if self.smooth { count - 1 } else { count };
+        for _ in 0..2 {
+            let phases = self.phases();
+            let Some(last) = phases.last() else { return };
+            let [x, v, _, _] = last.at(last.length);
+            let miss = [way - x, end - v];
+            let mut effects = Vec::with_capacity(free);
+            let mut rest = total;
+            for q in 0..free {
+                let t = self.lengths[q];
+                rest -= t;
+                effects.push(if self.smooth {
+                    let next = self.lengths[q + 1];
+                    let position = t * (t / 6.0 + rest / 2.0)
+                        + next * (next / 3.0 + (rest - next) / 2.0);
+                    [position, (t + next) / 2.0]
+                } else {
+                    [t * (t / 2.0 + rest), t]
+                });
+            }
+            let mut gram = [0.0; 3];
+            for [x, v] in &effects {
+                gram[0] += x * x;
+                gram[1] += x * v;
+                gram[2] += v * v;
+            }
+            let determinant = gram[0] * gram[2] - gram[1] * gram[1];
+            let factors = [
+                (gram[2] * miss[0] - gram[1] * miss[1]) / determinant,
+                (gram[0] * miss[1] - gram[1] * miss[0]) / determinant,
+            ];
+            for (acceleration, [x, v]) in self.accelerations.iter_mut().zip(&effects) {
+                *acceleration += x * factors[0] + v * factors[1];
+            }
+        }
+    }
+}
+
+/// The motion that a solved programme describes, in seconds, rad and m.
+///
+/// Waypoints and continuity hold to rounding, limits only nearly.
+pub fn motion(problem: &Problem, point: &Iterate, units: &Units) -> Motion {
+    let (n, k) = (problem.segments, problem.cells);
+    let phases = (0..units.length.len()).map(|joint| {
+        let (group, lane) = (joint / WIDTH, joint % WIDTH);
+        let segment = |segment: usize| {
+            let mut course = Course::new(problem, point, joint, segment);
+            let end = &point.cells[group * n * k + (segment + 1) * k - 1];
+            course.restore(problem.change[group * n + segment].0[lane], end.s[1].0[lane]);
+            let mut phases = course.phases();
+            for phase in &mut phases {
+                phase.stretch(units.time);
+                phase.state = phase.state.map(|value| value * units.length[joint]);
+            }
+            phases
+        };
+        (0..n).map(segment).collect()
+    });
+    Motion { phases: phases.collect(), durations: point.durations.iter().map(|h| h * units.time).collect() }
+}

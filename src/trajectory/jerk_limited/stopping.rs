@@ -1,0 +1,83 @@
+//! The fastest motion that stops at every waypoint: closed form, always possible.
+
+use crate::trajectory::kernel::KernelLimits;
+
+use super::profile::{Motion, Phase};
+
+/// The fastest way from rest to rest: durations of a jerk phase, of constant
+/// acceleration and of constant speed.
+///
+/// Where no limit of acceleration or jerk exists, `limits` must hold a finite one instead.
+fn rest_to_rest(way: f64, limits: [f64; 3]) -> [f64; 3] {
+    let [velocity, acceleration, jerk] = limits;
+    let ramp = libm::cbrt(way / (2.0 * jerk))
+        .min(libm::sqrt(velocity / jerk))
+        .min(acceleration / jerk);
+    // Speed gained is `a (ramp + hold)`, way `a (ramp + hold) (2 ramp + hold)`.
+    if ramp < acceleration / jerk {
+        let speed = jerk * ramp * ramp;
+        return [ramp, 0.0, (way / speed - 2.0 * ramp).max(0.0)];
+    }
+    let peak = acceleration;
+    let root = libm::sqrt(ramp * ramp + 4.0 * way / peak);
+    let hold = ((root - 3.0 * ramp) / 2.0).min(velocity / peak - ramp).max(0.0);
+    let speed = peak * (ramp + hold);
+    [ramp, hold, (way / speed - 2.0 * ramp - hold).max(0.0)]
+}
+
+/// One joint's phases over a segment of `length`.
+fn phases(way: f64, length: f64, limits: [f64; 3]) -> Vec<Phase> {
+    if way == 0.0 {
+        return vec![Phase { start: 0.0, length, state: [0.0; 4] }];
+    }
+    let [ramp, hold, cruise] = rest_to_rest(way.abs(), limits);
+    let smooth = ramp > 0.0;
+    // In units of the peak acceleration.
+    let pattern = [
+        (ramp, 1.0, 0.0),
+        (hold, 0.0, 1.0),
+        (ramp, -1.0, 1.0),
+        (cruise, 0.0, 0.0),
+        (ramp, -1.0, 0.0),
+        (hold, 0.0, -1.0),
+        (ramp, 1.0, -1.0),
+    ];
+    let natural = 4.0 * ramp + 2.0 * hold + cruise;
+    let factor = length / natural;
+    let way_per_peak = (ramp + hold) * (2.0 * ramp + hold + cruise) * factor * factor;
+    let peak = way / way_per_peak;
+    let (mut x, mut v, mut start) = (0.0, 0.0, 0.0);
+    let mut phases = Vec::with_capacity(7);
+    for (duration, jerk, acceleration) in pattern {
+        let length = duration * factor;
+        if length <= 0.0 {
+            continue;
+        }
+        let jerk = if smooth { jerk * peak / (ramp * factor) } else { 0.0 };
+        let phase = Phase { start, length, state: [x, v, acceleration * peak, jerk] };
+        [x, v, ..] = phase.at(length);
+        start += length;
+        phases.push(phase);
+    }
+    phases
+}
+
+/// The fastest motion along `ways[segment][joint]` that stops at every waypoint.
+///
+/// `limits` without acceleration and jerk must have been given finite ones, see
+/// [`super::layout::effective`].
+pub fn stopping(ways: &[Vec<f64>], limits: &[KernelLimits]) -> Motion {
+    let duration = |row: &Vec<f64>| {
+        let of = |way: &f64, limit: &KernelLimits| {
+            let [ramp, hold, cruise] = rest_to_rest(way.abs(), limit.derivatives);
+            if *way == 0.0 { 0.0 } else { 4.0 * ramp + 2.0 * hold + cruise }
+        };
+        row.iter().zip(limits).map(|(way, limit)| of(way, limit)).fold(0.0, f64::max)
+    };
+    let durations: Vec<f64> = ways.iter().map(duration).collect();
+    let joint = |joint: usize| {
+        let segment = |(row, length): (&Vec<f64>, &f64)| phases(row[joint], *length, limits[joint].derivatives);
+        ways.iter().zip(&durations).map(segment).collect()
+    };
+    Motion { phases: (0..limits.len()).map(joint).collect(), durations }
+}
