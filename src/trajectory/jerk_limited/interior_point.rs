@@ -17,19 +17,23 @@ pub struct Settings {
     pub mu_power: f64,
     pub iterations: usize,
     pub verbose: bool,
+    pub reach: f64,
+    pub theta: f64,
 }
 
 impl Default for Settings {
     fn default() -> Self {
         Self {
-            mu_start: 1e-2,
+            mu_start: std::env::var("MU0").ok().and_then(|s| s.parse().ok()).unwrap_or(1e-2),
             mu_end: 1e-7,
-            kappa: 10.0,
+            kappa: std::env::var("KAPPA").ok().and_then(|s| s.parse().ok()).unwrap_or(10.0),
             dual_weight: 1.0,
             mu_factor: 0.2,
             mu_power: 1.5,
-            iterations: 150,
+            iterations: std::env::var("IT").ok().and_then(|s| s.parse().ok()).unwrap_or(100),
             verbose: false,
+            reach: std::env::var("REACH").ok().and_then(|s| s.parse().ok()).unwrap_or(0.4),
+            theta: std::env::var("THETA").ok().and_then(|s| s.parse().ok()).unwrap_or(1e1),
         }
     }
 }
@@ -63,6 +67,7 @@ impl Residuals {
         self.largest_product = self.largest_product.max(r.largest_product);
         self.sum += r.sum;
         self.complementarity += r.complementarity;
+        self.costate = self.costate.max(r.costate);
     }
 }
 struct Forward<'a>(&'a Problem, &'a Iterate, &'a mut Work, f64, usize);
@@ -174,7 +179,10 @@ pub fn solve(problem: &Problem, point: &mut Iterate, settings: &Settings) -> Out
     let mut scratch = vec![0.0; n * n];
     let mut mu = settings.mu_start;
     let mut out = Outcome { iterations: 0, mu, primal: 0.0, dual: 0.0, converged: false };
-    let mut penalty = 1e-3;
+    let mut filter: Vec<(f64, f64)> = Vec::new();
+    let mut phi = 0.0;
+    let mut theta_small = 0.0;
+    let mut theta_most = 0.0;
     let mut next = point.clone();
     let mut last = (0.0, 0.0, 0, 0.0);
     for iteration in 0..=settings.iterations {
@@ -193,6 +201,10 @@ pub fn solve(problem: &Problem, point: &mut Iterate, settings: &Settings) -> Out
         for (i, g) in work.gradient.iter().enumerate() {
             r.dual = r.dual.max((g + 1.0).abs() * point.durations[i]);
         }
+        if iteration == 0 {
+            theta_small = 1e-4 * r.sum.max(1.0);
+            theta_most = settings.theta * r.sum.max(1.0);
+        }
         let error = (r.dual * settings.dual_weight).max(r.primal).max(r.largest_product - mu);
         if settings.verbose {
             println!("{iteration:3} obj {:.6} mu {mu:.1e} primal {:.1e} dual {:.1e} comp {:.1e} steps {:.3} {:.3} tries {} shift {:.1e}", point.durations.iter().sum::<f64>(), r.primal, r.dual, r.largest_product, last.0, last.1, last.2, last.3);
@@ -207,7 +219,8 @@ pub fn solve(problem: &Problem, point: &mut Iterate, settings: &Settings) -> Out
                 return out;
             }
             mu = (mu * settings.mu_factor).min(mu.powf(settings.mu_power)).max(settings.mu_end);
-            penalty = 1e-3;
+            filter.clear();
+            phi = 0.0;
             assemble(point, &mut work, mu);
         }
         let (fine, shift) = couple(&mut work, &mut scratch);
@@ -222,13 +235,13 @@ pub fn solve(problem: &Problem, point: &mut Iterate, settings: &Settings) -> Out
         let tau = (1.0 - mu).clamp(0.95, 0.999);
         let mut alpha = (tau / f[0].max(1e-300)).min(1.0);
         let dual = (tau / f[1].max(1e-300)).min(1.0);
+        for (h, d) in point.durations.iter().zip(&work.durations) {
+            alpha = alpha.min(settings.reach * h / d.abs().max(1e-300));
+        }
         let sum_dh: f64 = work.durations.iter().sum();
         let slope_phi = sum_dh - mu * f[2];
-        if r.sum > 1e-13 && slope_phi > 0.0 {
-            penalty = f64::max(penalty, slope_phi / (0.7 * r.sum));
-        }
-        let slope = slope_phi - penalty * r.sum;
         let mut tries = 0;
+        let largest = alpha;
         loop {
             advance(problem, point, &work, alpha, dual, &mut next);
             let mut t = [0.0f64; 3];
@@ -237,15 +250,34 @@ pub fn solve(problem: &Problem, point: &mut Iterate, settings: &Settings) -> Out
                 t = [t[0] + q[0], t[1].max(q[1]), t[2] + q[2]];
             }
             tries += 1;
-            let change = alpha * sum_dh - mu * t[2] + penalty * (t[0] - r.sum);
-            if t[1] < 0.9995 && (change <= 1e-4 * alpha * slope + 1e-12 || tries > 12) {
+            let change = alpha * sum_dh - mu * t[2];
+            let value = phi + change;
+            let acceptable = filter.iter().all(|&(theta, phi): &(f64, f64)| {
+                t[0] <= 0.99999 * theta || value <= phi - 1e-5 * theta
+            });
+            // Where the value falls fast enough it decides alone.
+            let falling = slope_phi < 0.0 && alpha * libm::pow(-slope_phi, 2.3) > libm::pow(r.sum, 1.1);
+            let enough = if falling && r.sum <= theta_small {
+                change <= 1e-4 * alpha * slope_phi + 1e-11
+            } else {
+                t[0] <= 0.99999 * r.sum || change <= -1e-5 * r.sum || r.sum < 1e-9
+            };
+            let inside = t[1] < 0.9995;
+            if inside && t[0] <= theta_most && acceptable && enough {
+                if !falling {
+                    filter.push((r.sum, phi));
+                }
+                phi = value;
                 break;
             }
-            if tries > 40 {
-                return out;
+            if tries > 8 && inside || tries > 30 {
+                filter.clear();
+                phi = value;
+                break;
             }
             alpha *= 0.5;
         }
+        let _ = largest;
         last = (alpha, dual, tries, shift);
         std::mem::swap(point, &mut next);
     }

@@ -40,12 +40,12 @@ pub fn fastest(waypoints: &[Vec<f64>], limits: &[KernelLimits]) -> Fastest {
         .map(|pair| pair[1].iter().zip(&pair[0]).map(|(to, from)| to - from).collect())
         .collect();
     let limits = layout::effective(&ways, limits);
-    let mut settings = Settings::default();
+    let mut settings = Settings::default(); settings.verbose = std::env::var("VERB").is_ok();
     settings.mu_end = 1e-5;
     let (problem, mut point, units) = layout::pose(&ways, &limits, CELLS[0], settings.mu_start);
     let first = solve(&problem, &mut point, &settings);
     let (problem, mut point) = refine::refine(&problem, &point, CELLS[1], 1e-5);
-    settings = Settings { mu_start: 1e-5, ..Settings::default() };
+    settings = Settings { mu_start: 1e-5, verbose: settings.verbose, ..Settings::default() };
     let second = solve(&problem, &mut point, &settings);
     let mut best = stopping::stopping(&ways, &limits);
     rescale(&mut best, &limits);

@@ -177,6 +177,7 @@ pub struct Residuals {
     pub sum: f64,
     pub complementarity: f64,
     pub largest_product: f64,
+    pub costate: f64,
 }
 
 #[inline(always)]
@@ -219,6 +220,7 @@ pub fn backward<S: Simd>(
     let (mut pi_v, mut pi_a) = (zero, zero);
     let (mut dual, mut primal, mut sum) = (zero, zero, zero);
     let (mut products, mut largest_product) = (zero, zero);
+    let mut costate = zero;
     let stride = work.stride;
     for i in (0..n).rev() {
         let local = n + 1;
@@ -401,6 +403,7 @@ pub fn backward<S: Simd>(
             // The Lagrangian's own gradient.
             gradient = gradient
                 + (bx * lambda + bv * pi_v + mid_t * zm - jerk * (z[0] + z[1])) * share;
+            costate = costate.max(pi_v.abs() * real).max(lambda.abs() * real);
             let slope = cx * lambda + cv * pi_v + pi_a + z[0] - z[1];
             dual = dual.max((slope * (jerk * t).min(reach)).abs() * real);
             pi_a = half_tt * lambda + t * pi_v + pi_a + mid_a * zm;
@@ -458,6 +461,7 @@ pub fn backward<S: Simd>(
         sum: total(sum),
         complementarity: total(products),
         largest_product: largest_product.largest(),
+        costate: costate.largest(),
     }
 }
 
