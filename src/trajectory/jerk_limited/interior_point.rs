@@ -1,5 +1,6 @@
 //! The interior point method.
 
+use nalgebra::{DMatrix, SymmetricEigen};
 use pulp::{Arch, WithSimd};
 
 use crate::math::lanes::{Lanes, Simd, registers};
@@ -28,8 +29,8 @@ impl Default for Settings {
             mu_end: 1e-7,
             kappa: std::env::var("KAPPA").ok().and_then(|s| s.parse().ok()).unwrap_or(10.0),
             dual_weight: 1.0,
-            mu_factor: 0.2,
-            mu_power: 1.5,
+            mu_factor: std::env::var("MF").ok().and_then(|s| s.parse().ok()).unwrap_or(0.2),
+            mu_power: std::env::var("MP").ok().and_then(|s| s.parse().ok()).unwrap_or(1.5),
             iterations: std::env::var("IT").ok().and_then(|s| s.parse().ok()).unwrap_or(100),
             verbose: false,
             reach: std::env::var("REACH").ok().and_then(|s| s.parse().ok()).unwrap_or(0.4),
@@ -99,23 +100,43 @@ impl WithSimd for Trial<'_> {
     }
 }
 
-/// Steps of the durations: the curvature is made positive if it is not.
-fn couple(work: &mut Work, scratch: &mut [f64]) -> (bool, f64) {
-    let n = work.durations.len();
-    let largest = (0..n).map(|i| work.curvature[i * n + i].abs()).fold(1e-300, f64::max);
-    let mut shift = 0.0;
-    for _ in 0..60 {
-        scratch.copy_from_slice(&work.curvature);
-        for i in 0..n {
-            scratch[i * n + i] += shift;
-            work.durations[i] = -(1.0 + work.slope[i]);
+/// Steps of the durations by Newton's method.
+///
+/// Where the curvature is not positive, the magnitudes of its eigenvalues take its place
+/// (in shares of the durations, so that short segments count like long ones):
+/// the step then follows negative curvature downhill. Returns the smallest eigenvalue then.
+fn couple(work: &mut Work, durations: &[f64], scratch: &mut [f64]) -> Option<f64> {
+    let n = durations.len();
+    for i in 0..n {
+        for l in 0..n {
+            scratch[i * n + l] = work.curvature[i * n + l] * durations[i] * durations[l];
         }
-        if eliminate(scratch, &mut work.durations, 1e-9 * largest) {
-            return (true, shift);
-        }
-        shift = if shift == 0.0 { 1e-3 * largest } else { shift * 4.0 };
+        work.durations[i] = -(1.0 + work.slope[i]) * durations[i];
     }
-    (false, shift)
+    if scratch.iter().chain(&work.durations).any(|value| !value.is_finite()) {
+        return None;
+    }
+    let largest = (0..n).map(|i| scratch[i * n + i].abs()).fold(1e-300, f64::max);
+    let matrix = DMatrix::from_row_slice(n, n, scratch);
+    let mut smallest = 0.0;
+    let right: Vec<f64> = work.durations.clone();
+    if !eliminate(scratch, &mut work.durations, 1e-9 * largest) {
+        let eigen = SymmetricEigen::new(matrix);
+        let floor = 1e-8 * eigen.eigenvalues.amax();
+        smallest = eigen.eigenvalues.min();
+        work.durations.fill(0.0);
+        for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
+            let along: f64 = vector.iter().zip(&right).map(|(a, b)| a * b).sum();
+            let share = along / value.abs().max(floor);
+            for (d, v) in work.durations.iter_mut().zip(vector.iter()) {
+                *d += share * v;
+            }
+        }
+    }
+    for (d, h) in work.durations.iter_mut().zip(durations) {
+        *d *= h;
+    }
+    Some(smallest)
 }
 
 /// Solves `matrix x = right` in place by elimination; false if a pivot is below `least`.
@@ -223,8 +244,8 @@ pub fn solve(problem: &Problem, point: &mut Iterate, settings: &Settings) -> Out
             phi = 0.0;
             assemble(point, &mut work, mu);
         }
-        let (fine, shift) = couple(&mut work, &mut scratch);
-        if iteration == settings.iterations || !fine {
+        let Some(shift) = couple(&mut work, &point.durations, &mut scratch) else { return out };
+        if iteration == settings.iterations {
             return out;
         }
         let mut f = [0.0f64; 3];
