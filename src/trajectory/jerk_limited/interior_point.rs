@@ -20,6 +20,7 @@ pub struct Settings {
     pub verbose: bool,
     pub reach: f64,
     pub theta: f64,
+    pub primal: f64,
 }
 
 impl Default for Settings {
@@ -34,6 +35,7 @@ impl Default for Settings {
             iterations: std::env::var("IT").ok().and_then(|s| s.parse().ok()).unwrap_or(100),
             verbose: false,
             reach: std::env::var("REACH").ok().and_then(|s| s.parse().ok()).unwrap_or(0.4),
+            primal: std::env::var("PR").ok().and_then(|s| s.parse().ok()).unwrap_or(1e-10),
             theta: std::env::var("THETA").ok().and_then(|s| s.parse().ok()).unwrap_or(1e1),
         }
     }
@@ -235,14 +237,18 @@ pub fn solve(problem: &Problem, point: &mut Iterate, settings: &Settings) -> Out
             return out;
         }
         if error < settings.kappa * mu {
-            if mu <= settings.mu_end {
+            if mu <= settings.mu_end && r.primal > settings.primal {
+                // One more step makes the equalities hold better.
+            } else if mu <= settings.mu_end {
                 out.converged = true;
                 return out;
             }
+            if mu > settings.mu_end {
             mu = (mu * settings.mu_factor).min(mu.powf(settings.mu_power)).max(settings.mu_end);
             filter.clear();
             phi = 0.0;
             assemble(point, &mut work, mu);
+            }
         }
         let Some(shift) = couple(&mut work, &point.durations, &mut scratch) else { return out };
         if iteration == settings.iterations {

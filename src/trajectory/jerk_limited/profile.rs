@@ -7,8 +7,9 @@ use crate::trajectory::kernel::KernelLimits;
 use super::layout::{Units, before};
 use super::problem::{Iterate, Problem};
 
-/// Neighbouring pieces whose jerk differs by less than this share of its limit become one.
-const ALIKE: f64 = 1e-3;
+/// Neighbouring pieces become one if their jerk differs by less than the first share of
+/// its limit, and what that does to acceleration and velocity is below the second of theirs.
+const ALIKE: [f64; 2] = [1e-3, 1e-5];
 
 /// Breakpoints of different joints closer than this share of their segment, or
 /// than this many seconds, become one.
@@ -170,7 +171,7 @@ impl Course {
         let k = problem.cells;
         let all = problem.segments * k;
         let smooth = problem.groups[group].smooth.0[lane] > 0.0;
-        let limit = problem.groups[group].limits[if smooth { 2 } else { 1 }].0[lane];
+        let limits = problem.groups[group].limits.map(|limit| limit.0[lane]);
         let [_, v, a] = before(problem, point, group, segment * k, lane);
         let mut course = Self { smooth, lengths: vec![], accelerations: vec![], start: [v, a] };
         let mut from = a;
@@ -181,7 +182,15 @@ impl Course {
             let to = point.cells[group * all + c].s[2].0[lane];
             let value = if smooth { (to - from) / length } else { to };
             // A piece whose value is that of the piece before continues it.
-            if (value - last).abs() <= ALIKE * limit && k - q + course.lengths.len() > 4 {
+            let whole = length + course.lengths.last().copied().unwrap_or(0.0);
+            let alike = if smooth {
+                (ALIKE[0] * limits[2])
+                    .min(ALIKE[1] * limits[1] / whole)
+                    .min(ALIKE[1] * limits[0] / (whole * whole))
+            } else {
+                (ALIKE[0] * limits[1]).min(ALIKE[1] * limits[0] / whole)
+            };
+            if (value - last).abs() <= alike && k - q + course.lengths.len() > 4 {
                 let end = course.lengths.len() - 1;
                 course.lengths[end] += length;
                 if smooth {
@@ -216,8 +225,11 @@ impl Course {
         phases
     }
 
-    /// Changes the accelerations as little as possible (in the sum of squares) so that the
-    /// course ends `way` from where it started, at velocity `end`.
+    /// Changes the accelerations a little so that the course ends `way` from where it
+    /// started, at velocity `end`.
+    ///
+    /// What is added is a quadratic and a cubic bump over the whole segment (a constant and a
+    /// slope where acceleration may jump), so that jerk changes evenly however short pieces are.
     fn restore(&mut self, way: f64, end: f64) {
         let count = self.lengths.len();
         let total: f64 = self.lengths.iter().sum();
@@ -227,33 +239,39 @@ impl Course {
             let Some(last) = phases.last() else { return };
             let [x, v, _, _] = last.at(last.length);
             let miss = [way - x, end - v];
-            let mut effects = Vec::with_capacity(free);
-            let mut rest = total;
+            // How the bumps change position and velocity at the end.
+            let mut effects = [[0.0; 2]; 2];
+            let mut bumps = Vec::with_capacity(free);
+            let mut passed = 0.0;
             for q in 0..free {
                 let t = self.lengths[q];
-                rest -= t;
-                effects.push(if self.smooth {
+                passed += t;
+                let rest = total - passed;
+                let (position, velocity, bump) = if self.smooth {
                     let next = self.lengths[q + 1];
+                    let u = passed / total;
                     let position = t * (t / 6.0 + rest / 2.0)
                         + next * (next / 3.0 + (rest - next) / 2.0);
-                    [position, (t + next) / 2.0]
+                    let bump = u * (1.0 - u);
+                    (position, (t + next) / 2.0, [bump, bump * (1.0 - 2.0 * u)])
                 } else {
-                    [t * (t / 2.0 + rest), t]
-                });
+                    let u = (passed - t / 2.0) / total;
+                    (t * (t / 2.0 + rest), t, [1.0, 1.0 - 2.0 * u])
+                };
+                for (e, bump) in bump.iter().enumerate() {
+                    effects[0][e] += position * bump;
+                    effects[1][e] += velocity * bump;
+                }
+                bumps.push(bump);
             }
-            let mut gram = [0.0; 3];
-            for [x, v] in &effects {
-                gram[0] += x * x;
-                gram[1] += x * v;
-                gram[2] += v * v;
-            }
-            let determinant = gram[0] * gram[2] - gram[1] * gram[1];
+            let [[a, b], [c, d]] = effects;
+            let determinant = a * d - b * c;
             let factors = [
-                (gram[2] * miss[0] - gram[1] * miss[1]) / determinant,
-                (gram[0] * miss[1] - gram[1] * miss[0]) / determinant,
+                (d * miss[0] - b * miss[1]) / determinant,
+                (a * miss[1] - c * miss[0]) / determinant,
             ];
-            for (acceleration, [x, v]) in self.accelerations.iter_mut().zip(&effects) {
-                *acceleration += x * factors[0] + v * factors[1];
+            for (acceleration, bump) in self.accelerations.iter_mut().zip(&bumps) {
+                *acceleration += bump[0] * factors[0] + bump[1] * factors[1];
             }
         }
     }
