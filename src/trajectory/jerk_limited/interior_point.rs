@@ -35,7 +35,7 @@ impl Default for Settings {
             iterations: std::env::var("IT").ok().and_then(|s| s.parse().ok()).unwrap_or(100),
             verbose: false,
             reach: std::env::var("REACH").ok().and_then(|s| s.parse().ok()).unwrap_or(0.4),
-            primal: std::env::var("PR").ok().and_then(|s| s.parse().ok()).unwrap_or(1e-10),
+            primal: std::env::var("PR").ok().and_then(|s| s.parse().ok()).unwrap_or(1e-9),
             theta: std::env::var("THETA").ok().and_then(|s| s.parse().ok()).unwrap_or(1e1),
         }
     }
@@ -204,6 +204,7 @@ pub fn solve(problem: &Problem, point: &mut Iterate, settings: &Settings) -> Out
     let mut out = Outcome { iterations: 0, mu, primal: 0.0, dual: 0.0, converged: false };
     let mut filter: Vec<(f64, f64)> = Vec::new();
     let mut phi = 0.0;
+    let mut polished = 0;
     let mut theta_small = 0.0;
     let mut theta_most = 0.0;
     let mut next = point.clone();
@@ -237,7 +238,8 @@ pub fn solve(problem: &Problem, point: &mut Iterate, settings: &Settings) -> Out
             return out;
         }
         if error < settings.kappa * mu {
-            if mu <= settings.mu_end && r.primal > settings.primal {
+            if mu <= settings.mu_end && r.primal > settings.primal && polished < 2 {
+                polished += 1;
                 // One more step makes the equalities hold better.
             } else if mu <= settings.mu_end {
                 out.converged = true;

@@ -42,6 +42,7 @@ pub fn fastest(waypoints: &[Vec<f64>], limits: &[KernelLimits]) -> Fastest {
     let limits = layout::effective(&ways, limits);
     let mut settings = Settings::default(); settings.verbose = std::env::var("VERB").is_ok();
     settings.mu_end = 1e-5;
+    settings.primal = 1.0;
     let (problem, mut point, units) = layout::pose(&ways, &limits, CELLS[0], settings.mu_start);
     let first = solve(&problem, &mut point, &settings);
     let (problem, mut point) = refine::refine(&problem, &point, CELLS[1], 1e-5);
