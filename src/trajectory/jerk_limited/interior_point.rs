@@ -8,38 +8,29 @@ use crate::math::lanes::{Lanes, Simd, registers};
 use super::newton::{Residuals, Work, backward, forward, trial};
 use super::problem::{Iterate, Problem};
 
+/// How a programme is solved.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
-    pub mu_start: f64,
-    pub mu_end: f64,
-    pub kappa: f64,
-    pub dual_weight: f64,
-    pub mu_factor: f64,
-    pub mu_power: f64,
-    pub iterations: usize,
-    pub verbose: bool,
-    pub reach: f64,
-    pub theta: f64,
+    /// Barrier parameter at the start and at the end, in units of time.
+    pub barrier: [f64; 2],
+    /// What the equalities may miss at the end, if a step or two can reach it.
     pub primal: f64,
+    /// Most Newton steps.
+    pub iterations: usize,
 }
 
-impl Default for Settings {
-    fn default() -> Self {
-        Self {
-            mu_start: std::env::var("MU0").ok().and_then(|s| s.parse().ok()).unwrap_or(1e-2),
-            mu_end: 1e-7,
-            kappa: std::env::var("KAPPA").ok().and_then(|s| s.parse().ok()).unwrap_or(10.0),
-            dual_weight: 1.0,
-            mu_factor: std::env::var("MF").ok().and_then(|s| s.parse().ok()).unwrap_or(0.2),
-            mu_power: std::env::var("MP").ok().and_then(|s| s.parse().ok()).unwrap_or(1.5),
-            iterations: std::env::var("IT").ok().and_then(|s| s.parse().ok()).unwrap_or(100),
-            verbose: false,
-            reach: std::env::var("REACH").ok().and_then(|s| s.parse().ok()).unwrap_or(0.4),
-            primal: std::env::var("PR").ok().and_then(|s| s.parse().ok()).unwrap_or(1e-9),
-            theta: std::env::var("THETA").ok().and_then(|s| s.parse().ok()).unwrap_or(1e1),
-        }
-    }
-}
+/// The barrier parameter falls by this factor once its problem is solved ...
+const FALL: f64 = 0.4;
+
+/// ... to this many times the parameter.
+const NEARLY: f64 = 30.0;
+
+/// Largest relative change of a segment's duration in one step: beyond, the
+/// dynamics are too far from linear.
+const REACH: f64 = 0.4;
+
+/// Residuals may grow to this many times those of the start.
+const WORST: f64 = 10.0;
 
 #[derive(Clone, Copy, Debug)]
 pub struct Outcome {
@@ -106,8 +97,9 @@ impl WithSimd for Trial<'_> {
 ///
 /// Where the curvature is not positive, the magnitudes of its eigenvalues take its place
 /// (in shares of the durations, so that short segments count like long ones):
-/// the step then follows negative curvature downhill. Returns the smallest eigenvalue then.
-fn couple(work: &mut Work, durations: &[f64], scratch: &mut [f64]) -> Option<f64> {
+/// the step then follows negative curvature downhill. False if
+/// something is not a number.
+fn couple(work: &mut Work, durations: &[f64], scratch: &mut [f64]) -> bool {
     let n = durations.len();
     for i in 0..n {
         for l in 0..n {
@@ -116,16 +108,14 @@ fn couple(work: &mut Work, durations: &[f64], scratch: &mut [f64]) -> Option<f64
         work.durations[i] = -(1.0 + work.slope[i]) * durations[i];
     }
     if scratch.iter().chain(&work.durations).any(|value| !value.is_finite()) {
-        return None;
+        return false;
     }
     let largest = (0..n).map(|i| scratch[i * n + i].abs()).fold(1e-300, f64::max);
     let matrix = DMatrix::from_row_slice(n, n, scratch);
-    let mut smallest = 0.0;
     let right: Vec<f64> = work.durations.clone();
     if !eliminate(scratch, &mut work.durations, 1e-9 * largest) {
         let eigen = SymmetricEigen::new(matrix);
         let floor = 1e-8 * eigen.eigenvalues.amax();
-        smallest = eigen.eigenvalues.min();
         work.durations.fill(0.0);
         for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
             let along: f64 = vector.iter().zip(&right).map(|(a, b)| a * b).sum();
@@ -138,7 +128,7 @@ fn couple(work: &mut Work, durations: &[f64], scratch: &mut [f64]) -> Option<f64
     for (d, h) in work.durations.iter_mut().zip(durations) {
         *d *= h;
     }
-    Some(smallest)
+    true
 }
 
 /// Solves `matrix x = right` in place by elimination; false if a pivot is below `least`.
@@ -200,7 +190,7 @@ pub fn solve(problem: &Problem, point: &mut Iterate, settings: &Settings) -> Out
     let arch = Arch::new();
     let mut work = Work::new(problem);
     let mut scratch = vec![0.0; n * n];
-    let mut mu = settings.mu_start;
+    let mut mu = settings.barrier[0];
     let mut out = Outcome { iterations: 0, mu, primal: 0.0, dual: 0.0, converged: false };
     let mut filter: Vec<(f64, f64)> = Vec::new();
     let mut phi = 0.0;
@@ -208,7 +198,6 @@ pub fn solve(problem: &Problem, point: &mut Iterate, settings: &Settings) -> Out
     let mut theta_small = 0.0;
     let mut theta_most = 0.0;
     let mut next = point.clone();
-    let mut last = (0.0, 0.0, 0, 0.0);
     for iteration in 0..=settings.iterations {
         let mut r = Residuals::default();
         let mut assemble = |point: &Iterate, work: &mut Work, mu: f64| {
@@ -227,33 +216,31 @@ pub fn solve(problem: &Problem, point: &mut Iterate, settings: &Settings) -> Out
         }
         if iteration == 0 {
             theta_small = 1e-4 * r.sum.max(1.0);
-            theta_most = settings.theta * r.sum.max(1.0);
+            theta_most = WORST * r.sum.max(1.0);
         }
-        let error = (r.dual * settings.dual_weight).max(r.primal).max(r.largest_product - mu);
-        if settings.verbose {
-            println!("{iteration:3} obj {:.6} mu {mu:.1e} primal {:.1e} dual {:.1e} comp {:.1e} steps {:.3} {:.3} tries {} shift {:.1e}", point.durations.iter().sum::<f64>(), r.primal, r.dual, r.largest_product, last.0, last.1, last.2, last.3);
-        }
+        let error = r.dual.max(r.primal).max(r.largest_product - mu);
         out = Outcome { iterations: iteration, mu, primal: r.primal, dual: r.dual, converged: false };
         if !(r.sum.is_finite() && r.dual.is_finite()) {
             return out;
         }
-        if error < settings.kappa * mu {
-            if mu <= settings.mu_end && r.primal > settings.primal && polished < 2 {
+        if error < NEARLY * mu {
+            if mu <= settings.barrier[1] && r.primal > settings.primal && polished < 2 {
                 polished += 1;
                 // One more step makes the equalities hold better.
-            } else if mu <= settings.mu_end {
+            } else if mu <= settings.barrier[1] {
                 out.converged = true;
                 return out;
             }
-            if mu > settings.mu_end {
-            mu = (mu * settings.mu_factor).min(mu.powf(settings.mu_power)).max(settings.mu_end);
+            if mu > settings.barrier[1] {
+            mu = (mu * FALL).max(settings.barrier[1]);
             filter.clear();
             phi = 0.0;
             assemble(point, &mut work, mu);
             }
         }
-        let Some(shift) = couple(&mut work, &point.durations, &mut scratch) else { return out };
-        if iteration == settings.iterations {
+        if iteration == settings.iterations
+            || !couple(&mut work, &point.durations, &mut scratch)
+        {
             return out;
         }
         let mut f = [0.0f64; 3];
@@ -265,12 +252,11 @@ pub fn solve(problem: &Problem, point: &mut Iterate, settings: &Settings) -> Out
         let mut alpha = (tau / f[0].max(1e-300)).min(1.0);
         let dual = (tau / f[1].max(1e-300)).min(1.0);
         for (h, d) in point.durations.iter().zip(&work.durations) {
-            alpha = alpha.min(settings.reach * h / d.abs().max(1e-300));
+            alpha = alpha.min(REACH * h / d.abs().max(1e-300));
         }
         let sum_dh: f64 = work.durations.iter().sum();
         let slope_phi = sum_dh - mu * f[2];
         let mut tries = 0;
-        let largest = alpha;
         loop {
             advance(problem, point, &work, alpha, dual, &mut next);
             let mut t = [0.0f64; 3];
@@ -306,8 +292,6 @@ pub fn solve(problem: &Problem, point: &mut Iterate, settings: &Settings) -> Out
             }
             alpha *= 0.5;
         }
-        let _ = largest;
-        last = (alpha, dual, tries, shift);
         std::mem::swap(point, &mut next);
     }
     out

@@ -88,9 +88,12 @@ pub fn effective(ways: &[Vec<f64>], limits: &[KernelLimits]) -> Vec<KernelLimits
 }
 
 /// A problem with `cells` equal cells per segment, and a point inside its limits.
+///
+/// `states` are each joint's velocity and acceleration at the start.
 pub fn pose(
     ways: &[Vec<f64>],
     limits: &[KernelLimits],
+    states: &[[f64; 2]],
     cells: usize,
     mu: f64,
 ) -> (Problem, Iterate, Units) {
@@ -114,6 +117,10 @@ pub fn pose(
                 for order in 0..3 {
                     g.limits[order].0[lane] = values[order];
                 }
+                let [v, a] = states[joint];
+                let speed = units.time / units.length[joint];
+                g.ends[0][0].0[lane] = v * speed;
+                g.ends[0][1].0[lane] = a * speed * units.time;
                 g.smooth.0[lane] = if values[2] < FREE { 1.0 } else { 0.0 };
             }
             g
@@ -161,8 +168,24 @@ fn start(problem: &Problem, durations: Vec<f64>, mu: f64) -> Iterate {
         lambda: vec![Lanes::ZERO; problem.groups.len() * n],
         goal: vec![[Lanes::ZERO; 2]; problem.groups.len()],
     };
+    ease_in(problem, &mut point);
     center(problem, &mut point, mu);
     point
+}
+
+/// Lets acceleration follow from that at the start no faster than jerk allows.
+fn ease_in(problem: &Problem, point: &mut Iterate) {
+    let all = problem.segments * problem.cells;
+    for group in 0..problem.groups.len() {
+        for lane in 0..WIDTH {
+            for c in 0..all {
+                let [t, _, a] = before(problem, point, group, c, lane);
+                let most = 0.9 * problem.groups[group].limits[2].0[lane] * t;
+                let to = &mut point.cells[group * all + c].s[2].0[lane];
+                *to = to.max(a - most).min(a + most);
+            }
+        }
+    }
 }
 
 /// Sets all multipliers to where they belong on the central path.
@@ -204,7 +227,7 @@ pub fn slack(problem: &Problem, point: &Iterate, group: usize, c: usize, lane: u
     let [_, v1, a1] = point.cells[group * all + c].s.map(|s| s.0[lane]);
     let g = &problem.groups[group];
     let [velocity, acceleration, jerk] = g.limits.map(|limit| limit.0[lane]);
-    let middle = v + 0.5 * g.smooth.0[lane] * t * a;
+    let middle = if c == 0 { v } else { v + 0.5 * g.smooth.0[lane] * t * a };
     [
         jerk * t - (a1 - a),
         jerk * t + (a1 - a),

@@ -1,4 +1,42 @@
 //! The fastest trajectory through waypoints under limits on velocity, acceleration and jerk.
+//!
+//! For every joint jerk is constant piece by piece (acceleration, where jerk has no limit). All
+//! joints meet the waypoints at the same times; what they do in between is each joint's own.
+//!
+//! # The programme
+//!
+//! A segment of duration `h` is divided into cells; cell `c` lasts `T = phi h`, its share `phi` is
+//! each joint's own. With acceleration linear in a cell, `d` its change,
+//!
+//! ```text
+//! x' = x + T v + T² (a/2 + d/6),   v' = v + T (a + d/2),   a' = a + d,
+//! ```
+//!
+//! minimise the sum of `h` so that `|d| <= J T`, `|a'| <= A`, `|v'| <= V` and
+//! `|v + T a/2| <= V`. The last is the middle control point of velocity in Bernstein
+//! form: with it, speed keeps its limit over the whole cell and not only at its ends.
+//! Where jerk is free, acceleration jumps at a cell's start: `d` counts fully from there.
+//!
+//! # Its solution
+//!
+//! A primal-dual interior point method (Wächter and Biegler, Mathematical Programming 106, 2006,
+//! doi:10.1007/s10107-004-0559-y, whose filter and reduction of the barrier parameter we keep, simplified).
+//! For given durations every joint's problem is convex and a chain of cells, so that a
+//! Newton step is a Riccati recursion (Rao, Wright and Rawlings, JOTA 99, 1998,
+//! doi:10.1023/A:1021711402723). Durations enter as parameters of the recursion; what remains is
+//! one small system in the durations, the only place where curvature can be
+//! negative. There the magnitudes of its eigenvalues replace them, see [`interior_point`].
+//!
+//! First all cells of a segment are equal and few. Then those in which the jerk
+//! switches are halved again and again ([`refine`]), and the second solution starts from the first.
+//!
+//! # What is delivered
+//!
+//! The solution misses the equalities by rounding and keeps the limits strictly. [`profile`] joins cells of
+//! equal jerk, restores the equalities, finds exact peaks and uses the limits exactly by the scaling law.
+//! No result is slower than [`stopping`] at every waypoint, which is always possible.
+//!
+//! Long lists are planned in [`windows`].
 
 #![allow(missing_docs)]
 
@@ -9,10 +47,10 @@ mod problem;
 mod profile;
 mod refine;
 mod stopping;
+mod windows;
 
 use super::Trajectory;
 use super::kernel::KernelLimits;
-use interior_point::{Settings, solve};
 
 /// A fastest trajectory.
 #[derive(Clone, Debug)]
@@ -20,57 +58,31 @@ pub struct Fastest {
     pub trajectory: Trajectory,
     /// When each waypoint is reached, s.
     pub times: Vec<f64>,
-    /// Iterations of both stages.
-    pub iterations: [usize; 2],
-    /// Whether both stages converged.
+    /// Newton steps.
+    pub iterations: usize,
+    /// Whether every programme was solved to its end.
     pub converged: bool,
     /// Whether the result stops at every waypoint because nothing faster was found.
     pub stops: bool,
-    /// By how much the repair made the motion longer, relative.
-    pub loss: f64,
 }
 
-/// Cells per segment, first coarse, then where they matter.
-const CELLS: [usize; 2] = [12, 32];
-
 /// The fastest trajectory through `waypoints[waypoint][joint]`, from rest to rest.
+///
+/// Limits that do not exist are infinite. Neighbouring waypoints differ in at least one joint.
 pub fn fastest(waypoints: &[Vec<f64>], limits: &[KernelLimits]) -> Fastest {
     let ways: Vec<Vec<f64>> = waypoints
         .windows(2)
         .map(|pair| pair[1].iter().zip(&pair[0]).map(|(to, from)| to - from).collect())
         .collect();
     let limits = layout::effective(&ways, limits);
-    let mut settings = Settings::default(); settings.verbose = std::env::var("VERB").is_ok();
-    settings.mu_end = 1e-5;
-    settings.primal = 1.0;
-    let (problem, mut point, units) = layout::pose(&ways, &limits, CELLS[0], settings.mu_start);
-    let first = solve(&problem, &mut point, &settings);
-    let (problem, mut point) = refine::refine(&problem, &point, CELLS[1], 1e-5);
-    settings = Settings { mu_start: 1e-5, verbose: settings.verbose, ..Settings::default() };
-    let second = solve(&problem, &mut point, &settings);
     let mut best = stopping::stopping(&ways, &limits);
-    rescale(&mut best, &limits);
-    let mut stops = true;
-    let mut found = profile::motion(&problem, &point, &units);
-    let loss = found.ratio(&limits) - 1.0;
-    rescale(&mut found, &limits);
-    if found.duration() < best.duration() {
-        best = found;
-        stops = false;
+    best.stretch(best.ratio(&limits));
+    let mut found = windows::plan(&ways, &limits);
+    found.motion.stretch(found.motion.ratio(&limits));
+    let stops = !(found.motion.duration() < best.duration());
+    if !stops {
+        best = found.motion;
     }
     let (trajectory, times) = best.trajectory(waypoints);
-    Fastest {
-        trajectory,
-        times,
-        iterations: [first.iterations, second.iterations],
-        converged: first.converged && second.converged,
-        stops,
-        loss,
-    }
-}
-
-/// Uses the limits exactly, by the scaling law.
-fn rescale(motion: &mut profile::Motion, limits: &[KernelLimits]) {
-    let ratio = motion.ratio(limits);
-    motion.stretch(ratio);
+    Fastest { trajectory, times, iterations: found.iterations, converged: found.converged, stops }
 }

@@ -108,6 +108,9 @@ pub struct View<S: Simd> {
     pub a: Vector<S>,
     /// State at the end.
     pub s1: [Vector<S>; 3],
+    /// Share of `T a` in the middle control point of velocity; none in the first
+    /// cell, whose start is given and may lie on a limit.
+    pub into_middle: Vector<S>,
 }
 
 impl<S: Simd> View<S> {
@@ -136,7 +139,9 @@ impl<S: Simd> View<S> {
         };
         let s1 = [load(&cells[c].s[0]), load(&cells[c].s[1]), load(&cells[c].s[2])];
         let share = load(&shares[c]);
-        Self { share, t: share * durations[c / problem.cells], d: s1[2] - a, x, v, a, s1 }
+        let into_middle = if c == 0 { Vector::splat(simd, 0.0) } else { limits.into_middle };
+        let t = share * durations[c / problem.cells];
+        Self { share, t, d: s1[2] - a, x, v, a, s1, into_middle }
     }
 
     /// Residuals of the dynamics.
@@ -152,7 +157,7 @@ impl<S: Simd> View<S> {
     /// The left sides of the eight inequalities `g > 0`.
     #[inline(always)]
     pub fn slack(&self, limits: &Part<S>) -> [Vector<S>; 8] {
-        let middle = self.v + self.t * self.a * limits.into_middle;
+        let middle = self.v + self.t * self.a * self.into_middle;
         let [_, v1, a1] = self.s1;
         let [velocity, acceleration, jerk] = limits.limits;
         let most = jerk * self.t;
@@ -272,7 +277,7 @@ pub fn backward<S: Simd>(
             p[5] = p[5] + w[2] + w[3];
             cols[0][2] = cols[0][2] + (inv[2] - inv[3]) * mu;
             pi_a = pi_a + z[2] - z[3];
-            let View { share, t, d, v, a, .. } = at;
+            let View { share, t, d, v, a, into_middle, .. } = at;
             let r = at.residual(&limits);
             for r in &r {
                 primal = primal.max(r.abs() * real);
@@ -285,8 +290,8 @@ pub fn backward<S: Simd>(
             let bv = a + d * limits.into_velocity;
             let cx = t * t * limits.into_position;
             let cv = t * limits.into_velocity;
-            let mid_a = t * limits.into_middle;
-            let mid_t = a * limits.into_middle;
+            let mid_a = t * into_middle;
+            let mid_t = a * into_middle;
             // Duration with the acceleration that goes with it.
             let weight = w[0] + w[1];
             let lean = jerk * share * ((w[0] - w[1]) / weight);
@@ -334,7 +339,7 @@ pub fn backward<S: Simd>(
             // The Lagrangian's curvature: everything bends with the duration only.
             let w_td = (t * lambda * (limits.into_position * 2.0) + limits.into_velocity * pi_v) * share;
             let w_tv = lambda * share;
-            let w_ta = (lambda * t + pi_v + zm * limits.into_middle) * share;
+            let w_ta = (lambda * t + pi_v + zm * into_middle) * share;
             let w_tt = lambda * (a + d * limits.into_position * 2.0) * share * share;
             let cm = (inv[6] - inv[7]) * mu;
             let pull = (inv[0] - inv[1]) * mu;
@@ -529,9 +534,9 @@ pub fn forward<S: Simd>(
             let dd = load(&gain.lean) * params[i + 1] - u;
             let at = View::new(simd, problem, &limits, &point.durations, cells, shares, c, part);
             let r = at.residual(&limits);
-            let View { share, t, d, v, a, .. } = at;
+            let View { share, t, d, v, a, into_middle, .. } = at;
             let dt = share * params[i + 1];
-            let dm = dv + (t * da + a * dt) * limits.into_middle;
+            let dm = dv + (t * da + a * dt) * into_middle;
             let half_tt = t * t * 0.5;
             let nx = dx + t * dv + half_tt * da
                 + (v + t * (a + d * limits.into_position * 2.0)) * dt

@@ -74,6 +74,33 @@ impl Motion {
         self.durations.iter().sum()
     }
 
+    /// The first `segments` and the others.
+    pub fn split(mut self, segments: usize) -> (Self, Self) {
+        let durations = self.durations.split_off(segments);
+        let phases = self.phases.iter_mut().map(|joint| joint.split_off(segments)).collect();
+        (self, Self { durations, phases })
+    }
+
+    /// Continues with `other`.
+    pub fn append(&mut self, other: Self) {
+        self.durations.extend(other.durations);
+        for (joint, phases) in self.phases.iter_mut().zip(other.phases) {
+            joint.extend(phases);
+        }
+    }
+
+    /// Each joint's velocity and acceleration at the end.
+    pub fn end(&self) -> Vec<[f64; 2]> {
+        let end = |joint: &Vec<Vec<Phase>>| {
+            let last = joint.last().and_then(|phases| phases.last());
+            last.map_or([0.0; 2], |phase| {
+                let [_, v, a, _] = phase.at(phase.length);
+                [v, a]
+            })
+        };
+        self.phases.iter().map(end).collect()
+    }
+
     /// The largest share of a limit that is used, as the factor by which the
     /// motion would have to be slower to use exactly all of it.
     pub fn ratio(&self, limits: &[KernelLimits]) -> f64 {
