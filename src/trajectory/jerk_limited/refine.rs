@@ -87,8 +87,16 @@ fn cut(
         } else {
             (next - this).abs().min((this - previous).abs())
         };
-        let limit = if problem.groups[group].smooth.0[lane] > 0.0 { 2 } else { 1 };
-        let relative = turn / problem.groups[group].limits[limit].0[lane];
+        // What the value can reach in the cell: its limit, unless a lower derivative has one
+        // that it would pass.
+        let t = share * point.durations[segment];
+        let [velocity, acceleration, jerk] = problem.groups[group].limits.map(|l| l.0[lane]);
+        let most = if problem.groups[group].smooth.0[lane] > 0.0 {
+            jerk.min(acceleration / t).min(velocity / (t * t))
+        } else {
+            acceleration.min(velocity / t)
+        };
+        let relative = turn / most;
         slices.push(Slice { parent: q, from: 0.0, to: 1.0, gain: (relative + 1e-3) * share * share });
         (previous, this) = (this, next);
     }

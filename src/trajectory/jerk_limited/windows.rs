@@ -17,12 +17,18 @@ use super::stopping::stopping;
 /// Segments that a window plans ahead of what is kept of it.
 const AHEAD: usize = 6;
 
-/// Cells per segment, at first and where it matters; if that fails, another division
+/// Cells per segment, at first and after each refinement. Where a division fails, the next
 /// leads along another path to the solution.
-const CELLS: [[usize; 2]; 3] = [[12, 32], [20, 40], [32, 48]];
+const CELLS: [[usize; 3]; 4] = [[16, 32, 48], [24, 32, 48], [12, 32, 48], [32, 40, 48]];
 
-/// Barrier parameters at the start, at the refinement and at the end.
-const BARRIER: [f64; 3] = [1e-2, 1e-5, 1e-7];
+/// Barrier parameters: at the start, and where each division is left.
+const BARRIER: [f64; 4] = [1e-2, 1e-5, 1e-6, 1e-7];
+
+/// Most Newton steps with each division.
+const STEPS: [usize; 3] = [150, 80, 60];
+
+/// Divisions that must have been solved before no other is tried.
+const ENOUGH: usize = 2;
 
 /// By how much a motion may pass a limit, as a factor of time, and still count as solved.
 const NEARLY_LAWFUL: f64 = 1e-4;
@@ -88,27 +94,31 @@ fn attempt(
 ) -> (Option<(Motion, bool)>, usize) {
     let mut best: Option<Motion> = None;
     let mut steps = 0;
-    for [coarse, fine] in CELLS {
-        let settings = Settings { barrier: [BARRIER[0], BARRIER[1]], primal: 1.0, iterations: 150 };
-        let (problem, mut point, units) = pose(ways, limits, states, coarse, BARRIER[0]);
-        let first = solve(&problem, &mut point, &settings);
-        steps += first.iterations;
-        if !first.converged {
-            continue;
-        }
-        let rough = motion(&problem, &point, &units);
-        let (problem, mut point) = refine(&problem, &point, fine, BARRIER[1]);
-        let settings = Settings { barrier: [BARRIER[1], BARRIER[2]], primal: 1e-9, iterations: 80 };
-        let second = solve(&problem, &mut point, &settings);
-        steps += second.iterations;
-        for found in [motion(&problem, &point, &units), rough] {
+    for cells in CELLS {
+        let (mut problem, mut point, units) = pose(ways, limits, states, cells[0], BARRIER[0]);
+        let mut solved = 0;
+        for stage in 0..cells.len() {
+            if stage > 0 {
+                (problem, point) = refine(&problem, &point, cells[stage], BARRIER[stage]);
+            }
+            let outcome = solve(&problem, &mut point, &Settings {
+                barrier: [BARRIER[stage], BARRIER[stage + 1]],
+                primal: if stage + 1 < cells.len() { 1e-6 } else { 1e-9 },
+                iterations: STEPS[stage],
+            });
+            steps += outcome.iterations;
+            if !outcome.converged {
+                break;
+            }
+            let found = motion(&problem, &point, &units);
             // A motion that starts at speed cannot simply be slowed down.
             let lawful = found.ratio(limits) <= 1.0 + NEARLY_LAWFUL;
             if lawful && best.as_ref().is_none_or(|best| found.duration() < best.duration()) {
                 best = Some(found);
             }
+            solved += 1;
         }
-        if second.converged && best.is_some() {
+        if solved >= ENOUGH && best.is_some() {
             return (best.map(|best| (best, true)), steps);
         }
     }
