@@ -7,6 +7,7 @@
 use crate::math::lanes::{Lanes, WIDTH};
 use crate::trajectory::kernel::KernelLimits;
 
+use super::profile::{Motion, Phase};
 use super::problem::{Cell, FREE, Group, Iterate, Problem};
 
 /// How much slower than necessary the start is, so that it lies inside the limits.
@@ -171,6 +172,61 @@ fn start(problem: &Problem, durations: Vec<f64>, mu: f64) -> Iterate {
     ease_in(problem, &mut point);
     center(problem, &mut point, mu);
     point
+}
+
+/// Makes the first segments of `point` follow `guess`, slowed down until all limits are kept.
+/// False, and `point` of no use, if they cannot be.
+pub fn follow(
+    problem: &Problem,
+    units: &Units,
+    guess: &Motion,
+    point: &mut Iterate,
+    mu: f64,
+) -> bool {
+    let k = problem.cells;
+    let all = problem.segments * k;
+    let mut slower = 1.0;
+    for _ in 0..6 {
+        slower *= EASE;
+        for (segment, duration) in guess.durations.iter().enumerate() {
+            point.durations[segment] = duration * slower / units.time;
+            for (joint, phases) in guess.phases.iter().enumerate() {
+                let (group, lane) = (joint / WIDTH, joint % WIDTH);
+                let speed = units.time / (units.length[joint] * slower);
+                for q in 0..k {
+                    let u = (q + 1) as f64 / k as f64;
+                    let [x, v, a, _] = sample(&phases[segment], u * duration);
+                    let cell = &mut point.cells[group * all + segment * k + q];
+                    if q + 1 < k {
+                        cell.s[0].0[lane] = x / units.length[joint];
+                    }
+                    if segment * k + q + 1 < all {
+                        cell.s[1].0[lane] = v * speed;
+                        cell.s[2].0[lane] = a * speed * units.time / slower;
+                    }
+                }
+            }
+        }
+        ease_in(problem, point);
+        let inside = |group: usize, c: usize, lane: usize| {
+            slack(problem, point, group, c, lane).iter().all(|g| *g > 0.0)
+        };
+        let lanes = |group: usize| 0..problem.groups[group].used;
+        if (0..problem.groups.len())
+            .all(|group| (0..all).all(|c| lanes(group).all(|lane| inside(group, c, lane))))
+        {
+            center(problem, point, mu);
+            return true;
+        }
+    }
+    false
+}
+
+/// State at time `t` of a segment.
+fn sample(phases: &[Phase], t: f64) -> [f64; 4] {
+    let next = phases.partition_point(|phase| phase.start <= t);
+    let phase = &phases[next.saturating_sub(1)];
+    phase.at((t - phase.start).min(phase.length))
 }
 
 /// Lets acceleration follow from that at the start no faster than jerk allows.

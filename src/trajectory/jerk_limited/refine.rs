@@ -100,6 +100,11 @@ fn cut(
         slices.push(Slice { parent: q, from: 0.0, to: 1.0, gain: (relative + 1e-3) * share * share });
         (previous, this) = (this, next);
     }
+    // The middle of the first cell is not held to the speed limit, so its parts might pass it.
+    let [v, a] = problem.groups[group].ends[0].map(|end| end.0[lane]);
+    if segment == 0 && (v != 0.0 || a != 0.0) {
+        slices[0].gain = 0.0;
+    }
     while slices.len() < cells {
         let mut best = 0;
         for (index, slice) in slices.iter().enumerate() {

@@ -8,7 +8,7 @@
 use crate::trajectory::kernel::KernelLimits;
 
 use super::interior_point::{Settings, solve};
-use super::layout::pose;
+use super::layout::{follow, pose};
 use super::newton::MAX_SEGMENTS;
 use super::profile::{Motion, motion};
 use super::refine::refine;
@@ -17,12 +17,18 @@ use super::stopping::stopping;
 /// Segments that a window plans ahead of what is kept of it.
 const AHEAD: usize = 6;
 
+/// Among how many more segments the end of what is kept is chosen.
+const CHOICE: usize = 5;
+
 /// Cells per segment, at first and after each refinement. Where a division fails, the next
 /// leads along another path to the solution.
 const CELLS: [[usize; 3]; 4] = [[16, 32, 48], [24, 32, 48], [12, 32, 48], [32, 40, 48]];
 
 /// Barrier parameters: at the start, and where each division is left.
 const BARRIER: [f64; 4] = [1e-2, 1e-5, 1e-6, 1e-7];
+
+/// Barrier parameter at the start where a part of the motion is known.
+const WARM: f64 = 1e-3;
 
 /// Most Newton steps with each division.
 const STEPS: [usize; 3] = [150, 80, 60];
@@ -55,7 +61,7 @@ pub fn plan(ways: &[Vec<f64>], limits: &[KernelLimits]) -> Planned {
     while first < ways.len() {
         let last = ways.len().min(first + MAX_SEGMENTS);
         let window = &ways[first..last];
-        let (found, iterations) = attempt(window, limits, &states);
+        let (found, iterations) = attempt(window, limits, &states, ahead.as_ref());
         all.iterations += iterations;
         let motion = match (found, ahead.take()) {
             (Some((found, converged)), _) => {
@@ -72,18 +78,34 @@ pub fn plan(ways: &[Vec<f64>], limits: &[KernelLimits]) -> Planned {
             }
         };
         let planned = motion.durations.len();
-        let kept = if first + planned == ways.len() || planned <= AHEAD {
-            planned
-        } else {
-            planned - AHEAD
-        };
-        let (keep, rest_of_it) = motion.split(kept);
-        states = if kept == planned { rest.clone() } else { keep.end() };
-        ahead = (kept < planned).then_some(rest_of_it);
-        all.motion.append(keep);
+        let kept = if first + planned == ways.len() { planned } else { keep(&motion, limits) };
+        let (kept_part, others) = motion.split(kept);
+        states = if kept == planned { rest.clone() } else { kept_part.end() };
+        ahead = (kept < planned).then_some(others);
+        all.motion.append(kept_part);
         first += kept;
     }
     all
+}
+
+/// How many segments of a window to keep: at least [`AHEAD`] remain, and the next
+/// window starts where its first cell is least likely to pass a speed limit.
+fn keep(motion: &Motion, limits: &[KernelLimits]) -> usize {
+    let planned = motion.durations.len();
+    let mut best = (f64::NEG_INFINITY, planned);
+    for kept in planned.saturating_sub(AHEAD + CHOICE).max(1)..=planned.saturating_sub(AHEAD) {
+        let length = motion.durations[kept] / CELLS[0][0] as f64;
+        let mut margin = f64::INFINITY;
+        for (joint, limit) in motion.phases.iter().zip(limits) {
+            let [_, v, a, _] = joint[kept].first().map_or([0.0; 4], |phase| phase.state);
+            let most = v.abs().max((v + 0.5 * length * a).abs());
+            margin = margin.min((1.0 - most / limit.derivatives[0]).min(0.0));
+        }
+        if margin >= best.0 {
+            best = (margin, kept);
+        }
+    }
+    best.1
 }
 
 /// The best of what the divisions lead to, and whether it was solved to the end.
@@ -91,18 +113,27 @@ fn attempt(
     ways: &[Vec<f64>],
     limits: &[KernelLimits],
     states: &[[f64; 2]],
+    guess: Option<&Motion>,
 ) -> (Option<(Motion, bool)>, usize) {
     let mut best: Option<Motion> = None;
     let mut steps = 0;
     for cells in CELLS {
         let (mut problem, mut point, units) = pose(ways, limits, states, cells[0], BARRIER[0]);
+        let mut barrier = BARRIER;
+        if let Some(guess) = guess {
+            let mut near = point.clone();
+            if follow(&problem, &units, guess, &mut near, WARM) {
+                point = near;
+                barrier[0] = WARM;
+            }
+        }
         let mut solved = 0;
         for stage in 0..cells.len() {
             if stage > 0 {
                 (problem, point) = refine(&problem, &point, cells[stage], BARRIER[stage]);
             }
             let outcome = solve(&problem, &mut point, &Settings {
-                barrier: [BARRIER[stage], BARRIER[stage + 1]],
+                barrier: [barrier[stage], barrier[stage + 1]],
                 primal: if stage + 1 < cells.len() { 1e-6 } else { 1e-9 },
                 iterations: STEPS[stage],
             });
