@@ -1,19 +1,30 @@
-//! The interior point method.
+//! The primal-dual interior point method.
+//!
+//! For a falling barrier parameter `mu` the sum of durations minus `mu` times the logarithms of
+//! all slacks is minimised by Newton's method. A step is cut where a slack or a multiplier would
+//! lose more than nearly all of itself, and halved until a filter accepts it
+//! (Wächter and Biegler, doi:10.1007/s10107-004-0559-y, section 2.3): it must improve the misses of the
+//! dynamics or the barrier function against every point kept so far. We have no
+//! restoration phase; a step that is still refused after eight halvings is taken.
+//!
+//! Slacks are no variables: points stay strictly inside all limits from the start.
 
 use nalgebra::{DMatrix, SymmetricEigen};
 use pulp::{Arch, WithSimd};
 
 use crate::math::lanes::{Lanes, Simd, registers};
 
-use super::newton::{Residuals, Work, backward, forward, trial};
+use super::chain::Chain;
+use super::newton::{Residuals, Work, backward};
 use super::problem::{Iterate, Problem};
+use super::step::{Outlook, Trial, forward, trial};
 
 /// How a programme is solved.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
     /// Barrier parameter at the start and at the end, in units of time.
     pub barrier: [f64; 2],
-    /// What the equalities may miss at the end, if a step or two can reach it.
+    /// What the dynamics may be missed by at the end, if a step or two can reach it.
     pub primal: f64,
     /// Most Newton steps.
     pub iterations: usize,
@@ -29,114 +40,125 @@ const NEARLY: f64 = 30.0;
 /// dynamics are too far from linear.
 const REACH: f64 = 0.4;
 
-/// Residuals may grow to this many times those of the start.
+/// Misses may grow to this many times those of the start (of one, where those are smaller).
 const WORST: f64 = 10.0;
 
+/// Below this share of that, the barrier function alone decides where it falls.
+const SMALL: f64 = 1e-4;
+
+/// Improvement that counts, relative to the misses.
+const GAIN: f64 = 1e-5;
+
+/// Halvings after which a refused step is taken all the same; after as many more again, even
+/// a point outside the limits ends the search.
+const HALVINGS: [usize; 2] = [8, 30];
+
+/// How a solution ended.
 #[derive(Clone, Copy, Debug)]
 pub struct Outcome {
+    /// Newton steps taken.
     pub iterations: usize,
-    pub mu: f64,
-    pub primal: f64,
-    pub dual: f64,
+    /// Whether the last barrier problem was solved.
     pub converged: bool,
 }
 
-struct Backward<'a>(&'a Problem, &'a Iterate, &'a mut Work, f64, usize);
-impl WithSimd for Backward<'_> {
+struct Factorise<'a>(&'a Problem, &'a Iterate, &'a mut Work, f64, usize);
+
+impl WithSimd for Factorise<'_> {
     type Output = Residuals;
+
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Residuals {
         let Self(problem, point, work, mu, group) = self;
         let mut all = Residuals::default();
         for part in 0..registers::<S>(problem.groups[group].used) {
-            all.include(&backward(simd, problem, point, work, group, part, mu));
-        }
-        all
-    }
-}
-impl Residuals {
-    fn include(&mut self, r: &Self) {
-        self.dual = self.dual.max(r.dual);
-        self.primal = self.primal.max(r.primal);
-        self.largest_product = self.largest_product.max(r.largest_product);
-        self.sum += r.sum;
-        self.complementarity += r.complementarity;
-        self.costate = self.costate.max(r.costate);
-    }
-}
-struct Forward<'a>(&'a Problem, &'a Iterate, &'a mut Work, f64, usize);
-impl WithSimd for Forward<'_> {
-    type Output = [f64; 3];
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> [f64; 3] {
-        let Self(problem, point, work, mu, group) = self;
-        let mut all = [0.0f64; 3];
-        for part in 0..registers::<S>(problem.groups[group].used) {
-            let [a, b, c] = forward(simd, problem, point, work, group, part, mu);
-            all = [all[0].max(a), all[1].max(b), all[2] + c];
-        }
-        all
-    }
-}
-struct Trial<'a>(&'a Problem, &'a Iterate, &'a Iterate, usize);
-impl WithSimd for Trial<'_> {
-    type Output = [f64; 3];
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> [f64; 3] {
-        let Self(problem, old, new, group) = self;
-        let mut all = [0.0f64; 3];
-        for part in 0..registers::<S>(problem.groups[group].used) {
-            let [a, b, c] = trial(simd, problem, old, new, group, part);
-            all = [all[0] + a, all[1].max(b), all[2] + c];
+            let chain = Chain::new(simd, problem, point, group, part);
+            all.include(&backward(&chain, point, work, mu));
         }
         all
     }
 }
 
-/// Steps of the durations by Newton's method.
-///
-/// Where the curvature is not positive, the magnitudes of its eigenvalues take its place
-/// (in shares of the durations, so that short segments count like long ones):
-/// the step then follows negative curvature downhill. False if
-/// something is not a number.
-fn couple(work: &mut Work, durations: &[f64], scratch: &mut [f64]) -> bool {
-    let n = durations.len();
-    for i in 0..n {
-        for l in 0..n {
-            scratch[i * n + l] = work.curvature[i * n + l] * durations[i] * durations[l];
+struct Substitute<'a>(&'a Problem, &'a Iterate, &'a mut Work, f64, usize);
+
+impl WithSimd for Substitute<'_> {
+    type Output = Outlook;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Outlook {
+        let Self(problem, point, work, mu, group) = self;
+        let mut all = Outlook::default();
+        for part in 0..registers::<S>(problem.groups[group].used) {
+            let one = forward(&Chain::new(simd, problem, point, group, part), work, mu);
+            all.slack = all.slack.max(one.slack);
+            all.multiplier = all.multiplier.max(one.multiplier);
+            all.shares += one.shares;
         }
-        work.durations[i] = -(1.0 + work.slope[i]) * durations[i];
+        all
     }
-    if scratch.iter().chain(&work.durations).any(|value| !value.is_finite()) {
+}
+
+struct Compare<'a>(&'a Problem, [&'a Iterate; 2], usize);
+
+impl WithSimd for Compare<'_> {
+    type Output = Trial;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Trial {
+        let Self(problem, points, group) = self;
+        let mut all = Trial::default();
+        for part in 0..registers::<S>(problem.groups[group].used) {
+            let [old, new] = points.map(|point| Chain::new(simd, problem, point, group, part));
+            let one = trial(&old, &new);
+            all.sum += one.sum;
+            all.lost = all.lost.max(one.lost);
+            all.logarithms += one.logarithms;
+        }
+        all
+    }
+}
+
+/// Steps of the durations by Newton's method, relative to the durations so that short
+/// segments count like long ones.
+///
+/// Where the curvature is not positive, the magnitudes of its eigenvalues take its place:
+/// the step then follows negative curvature downhill. False if something is not a number.
+fn couple(work: &mut Work, durations: &[f64]) -> bool {
+    let n = durations.len();
+    let scaled = |i: usize, l: usize| work.curvature[i * n + l] * durations[i] * durations[l];
+    let mut matrix: Vec<f64> = (0..n * n).map(|e| scaled(e / n, e % n)).collect();
+    let right: Vec<f64> = (0..n).map(|i| -(1.0 + work.slope[i]) * durations[i]).collect();
+    if matrix.iter().chain(&right).any(|value| !value.is_finite()) {
         return false;
     }
-    let largest = (0..n).map(|i| scratch[i * n + i].abs()).fold(1e-300, f64::max);
-    let matrix = DMatrix::from_row_slice(n, n, scratch);
-    let right: Vec<f64> = work.durations.clone();
-    if !eliminate(scratch, &mut work.durations, 1e-9 * largest) {
-        let eigen = SymmetricEigen::new(matrix);
-        let floor = 1e-8 * eigen.eigenvalues.amax();
+    let whole = DMatrix::from_row_slice(n, n, &matrix);
+    work.durations.copy_from_slice(&right);
+    if !eliminate(&mut matrix, &mut work.durations) {
+        let eigen = SymmetricEigen::new(whole);
+        let floor = (1e-8 * eigen.eigenvalues.amax()).max(f64::MIN_POSITIVE);
         work.durations.fill(0.0);
         for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
             let along: f64 = vector.iter().zip(&right).map(|(a, b)| a * b).sum();
             let share = along / value.abs().max(floor);
-            for (d, v) in work.durations.iter_mut().zip(vector.iter()) {
-                *d += share * v;
+            for (step, component) in work.durations.iter_mut().zip(vector.iter()) {
+                *step += share * component;
             }
         }
     }
-    for (d, h) in work.durations.iter_mut().zip(durations) {
-        *d *= h;
+    for (step, duration) in work.durations.iter_mut().zip(durations) {
+        *step *= duration;
     }
     true
 }
 
-/// Solves `matrix x = right` in place by elimination; false if a pivot is below `least`.
-fn eliminate(matrix: &mut [f64], right: &mut [f64], least: f64) -> bool {
+/// Solves `matrix x = right` in place by elimination; false unless it is clearly
+/// positive definite.
+fn eliminate(matrix: &mut [f64], right: &mut [f64]) -> bool {
     let n = right.len();
+    let largest = (0..n).map(|i| matrix[i * n + i].abs()).fold(0.0, f64::max);
     for c in 0..n {
         let pivot = matrix[c * n + c];
-        if !(pivot > least) {
+        if pivot <= 1e-9 * largest || pivot.is_nan() {
             return false;
         }
         for r in c + 1..n {
@@ -148,151 +170,188 @@ fn eliminate(matrix: &mut [f64], right: &mut [f64], least: f64) -> bool {
         }
     }
     for c in (0..n).rev() {
-        let mut sum = right[c];
-        for l in c + 1..n {
-            sum -= matrix[c * n + l] * right[l];
-        }
-        right[c] = sum / matrix[c * n + c];
+        let known: f64 = (c + 1..n).map(|l| matrix[c * n + l] * right[l]).sum();
+        right[c] = (right[c] - known) / matrix[c * n + c];
     }
     true
 }
 
-fn advance(problem: &Problem, old: &Iterate, work: &Work, primal: f64, dual: f64, new: &mut Iterate) {
-    let (n, k) = (problem.segments, problem.cells);
-    let all = n * k;
-    for (index, (new, (old, step))) in new.cells.iter_mut().zip(old.cells.iter().zip(&work.steps)).enumerate() {
+/// A part of the step: `primal` of the variables', `dual` of the inequalities' multipliers'.
+fn advance(problem: &Problem, old: &Iterate, work: &Work, [primal, dual]: [f64; 2], new: &mut Iterate) {
+    let k = problem.cells;
+    let all = problem.segments * k;
+    let steps = old.cells.iter().zip(&work.steps);
+    for (index, (new, (old, step))) in new.cells.iter_mut().zip(steps).enumerate() {
         let c = index % all;
-        new.s[0] = if (c + 1) % k == 0 { old.s[0] } else { old.s[0] + step.s[0] * primal };
-        new.s[1] = if c + 1 == all { old.s[1] } else { old.s[1] + step.s[1] * primal };
-        new.s[2] = old.s[2] + step.s[2] * primal;
-        for r in 0..8 {
-            new.z[r] = old.z[r] + step.z[r] * dual;
+        // Positions at waypoints and velocity at the goal are given.
+        let moves = [!(c + 1).is_multiple_of(k), c + 1 != all, true];
+        for e in 0..3 {
+            new.s[e] = if moves[e] { old.s[e] + step.s[e] * primal } else { old.s[e] };
+        }
+        for (new, (old, step)) in new.z.iter_mut().zip(old.z.iter().zip(&step.z)) {
+            *new = *old + *step * dual;
         }
     }
-    for (i, d) in work.durations.iter().enumerate() {
-        new.durations[i] = old.durations[i] + d * primal;
+    for (i, step) in work.durations.iter().enumerate() {
+        new.durations[i] = old.durations[i] + step * primal;
     }
     let mix = |new: &mut Lanes, old: Lanes, full: Lanes| *new = old + (full + (-old)) * primal;
     for i in 0..new.lambda.len() {
         mix(&mut new.lambda[i], old.lambda[i], work.lambda[i]);
     }
-    for g in 0..new.goal.len() {
+    for (g, new) in new.goal.iter_mut().enumerate() {
         for e in 0..2 {
-            mix(&mut new.goal[g][e], old.goal[g][e], work.goal[g][e]);
+            mix(&mut new[e], old.goal[g][e], work.goal[g][e]);
         }
+    }
+}
+
+/// One run of the method.
+struct Run<'a> {
+    problem: &'a Problem,
+    arch: Arch,
+    work: Work,
+    /// Barrier parameter.
+    mu: f64,
+    /// Misses and barrier function that a step must improve on, one or the other.
+    filter: Vec<[f64; 2]>,
+    /// Barrier function, counted from the last change of `mu`.
+    value: f64,
+    /// Misses at the start, at least one.
+    scale: f64,
+}
+
+impl Run<'_> {
+    /// Factorises at `point` and says how far it is from the barrier problem's solution.
+    fn factorise(&mut self, point: &Iterate) -> Residuals {
+        let mut all = Residuals::default();
+        self.work.curvature.fill(0.0);
+        self.work.slope.fill(0.0);
+        self.work.gradient.fill(0.0);
+        for group in 0..self.problem.groups.len() {
+            let part = Factorise(self.problem, point, &mut self.work, self.mu, group);
+            all.include(&self.arch.dispatch(part));
+        }
+        for (slope, duration) in self.work.gradient.iter().zip(&point.durations) {
+            all.dual = all.dual.max((slope + 1.0).abs() * duration);
+        }
+        all
+    }
+
+    /// Lowers the barrier parameter.
+    fn lower(&mut self, point: &Iterate, end: f64) {
+        self.mu = (self.mu * FALL).max(end);
+        self.filter.clear();
+        self.value = 0.0;
+        self.factorise(point);
+    }
+
+    /// Largest parts of the step, and the slope of the barrier function along it.
+    fn outlook(&mut self, point: &Iterate) -> ([f64; 2], f64) {
+        let mut all = Outlook::default();
+        for group in 0..self.problem.groups.len() {
+            let part = Substitute(self.problem, point, &mut self.work, self.mu, group);
+            let one = self.arch.dispatch(part);
+            all.slack = all.slack.max(one.slack);
+            all.multiplier = all.multiplier.max(one.multiplier);
+            all.shares += one.shares;
+        }
+        let most = (1.0 - self.mu).clamp(0.95, 0.999);
+        let part = |share: f64| if share > most { most / share } else { 1.0 };
+        let mut parts = [part(all.slack), part(all.multiplier)];
+        for (duration, step) in point.durations.iter().zip(&self.work.durations) {
+            if step.abs() > REACH * duration {
+                parts[0] = parts[0].min(REACH * duration / step.abs());
+            }
+        }
+        (parts, self.work.durations.iter().sum::<f64>() - self.mu * all.shares)
+    }
+
+    /// Moves `point` along the step as far as the filter allows; `sum` are its misses.
+    /// False if no part of the step stays inside the limits.
+    fn search(&mut self, point: &mut Iterate, next: &mut Iterate, sum: f64) -> bool {
+        let ([mut primal, dual], slope) = self.outlook(point);
+        let way: f64 = self.work.durations.iter().sum();
+        for halvings in 0..=HALVINGS[1] {
+            advance(self.problem, point, &self.work, [primal, dual], next);
+            let mut trial = Trial::default();
+            for group in 0..self.problem.groups.len() {
+                let one = self.arch.dispatch(Compare(self.problem, [point, next], group));
+                trial.sum += one.sum;
+                trial.lost = trial.lost.max(one.lost);
+                trial.logarithms += one.logarithms;
+            }
+            let change = primal * way - self.mu * trial.logarithms;
+            let falls = slope < 0.0 && primal * libm::pow(-slope, 2.3) > libm::pow(sum, 1.1);
+            let inside = trial.lost < 0.9995;
+            let accepted = self.accepts([sum, trial.sum], change, falls.then_some(primal * slope));
+            if inside && (accepted || halvings >= HALVINGS[0]) {
+                if !accepted {
+                    self.filter.clear();
+                } else if !falls {
+                    self.filter.push([sum, self.value]);
+                }
+                self.value += change;
+                std::mem::swap(point, next);
+                return true;
+            }
+            primal *= 0.5;
+        }
+        false
+    }
+
+    /// Whether a step from misses `before` to `after`, with this `change` of the barrier
+    /// function, is good enough; `expected` is that change to first order where it decides.
+    fn accepts(&self, [before, after]: [f64; 2], change: f64, expected: Option<f64>) -> bool {
+        let value = self.value + change;
+        let enough = match expected {
+            Some(expected) if before <= SMALL * self.scale => change <= 1e-4 * expected + 1e-11,
+            _ => after <= (1.0 - GAIN) * before || change <= -GAIN * before || before < 1e-9,
+        };
+        let better =
+            |kept: &[f64; 2]| after <= (1.0 - GAIN) * kept[0] || value <= kept[1] - GAIN * kept[0];
+        enough && after <= WORST * self.scale && self.filter.iter().all(better)
     }
 }
 
 /// Minimises the sum of durations from `point` on.
 pub fn solve(problem: &Problem, point: &mut Iterate, settings: &Settings) -> Outcome {
-    let n = problem.segments;
-    let groups = problem.groups.len();
-    let arch = Arch::new();
-    let mut work = Work::new(problem);
-    let mut scratch = vec![0.0; n * n];
-    let mut mu = settings.barrier[0];
-    let mut out = Outcome { iterations: 0, mu, primal: 0.0, dual: 0.0, converged: false };
-    let mut filter: Vec<(f64, f64)> = Vec::new();
-    let mut phi = 0.0;
-    let mut polished = 0;
-    let mut theta_small = 0.0;
-    let mut theta_most = 0.0;
+    let [start, end] = settings.barrier;
+    let mut run = Run {
+        problem,
+        arch: Arch::new(),
+        work: Work::new(problem),
+        mu: start,
+        filter: Vec::new(),
+        value: 0.0,
+        scale: 1.0,
+    };
     let mut next = point.clone();
-    for iteration in 0..=settings.iterations {
-        let mut r = Residuals::default();
-        let mut assemble = |point: &Iterate, work: &mut Work, mu: f64| {
-            let mut r = Residuals::default();
-            work.curvature.fill(0.0);
-            work.slope.fill(0.0);
-            work.gradient.fill(0.0);
-            for g in 0..groups {
-                r.include(&arch.dispatch(Backward(problem, point, work, mu, g)));
-            }
-            r
-        };
-        r = assemble(point, &mut work, mu);
-        for (i, g) in work.gradient.iter().enumerate() {
-            r.dual = r.dual.max((g + 1.0).abs() * point.durations[i]);
+    // Steps that may yet bring the misses below what is asked for.
+    let mut polish = 2;
+    for iterations in 0..=settings.iterations {
+        let residuals = run.factorise(point);
+        let Residuals { dual, primal, sum, product } = residuals;
+        let failed = Outcome { iterations, converged: false };
+        if !(sum.is_finite() && dual.is_finite()) {
+            return failed;
         }
-        if iteration == 0 {
-            theta_small = 1e-4 * r.sum.max(1.0);
-            theta_most = WORST * r.sum.max(1.0);
+        if iterations == 0 {
+            run.scale = sum.max(1.0);
         }
-        let error = r.dual.max(r.primal).max(r.largest_product - mu);
-        out = Outcome { iterations: iteration, mu, primal: r.primal, dual: r.dual, converged: false };
-        if !(r.sum.is_finite() && r.dual.is_finite()) {
-            return out;
-        }
-        if error < NEARLY * mu {
-            if mu <= settings.barrier[1] && r.primal > settings.primal && polished < 2 {
-                polished += 1;
-                // One more step makes the equalities hold better.
-            } else if mu <= settings.barrier[1] {
-                out.converged = true;
-                return out;
-            }
-            if mu > settings.barrier[1] {
-            mu = (mu * FALL).max(settings.barrier[1]);
-            filter.clear();
-            phi = 0.0;
-            assemble(point, &mut work, mu);
-            }
-        }
-        if iteration == settings.iterations
-            || !couple(&mut work, &point.durations, &mut scratch)
-        {
-            return out;
-        }
-        let mut f = [0.0f64; 3];
-        for g in 0..groups {
-            let q = arch.dispatch(Forward(problem, point, &mut work, mu, g));
-            f = [f[0].max(q[0]), f[1].max(q[1]), f[2] + q[2]];
-        }
-        let tau = (1.0 - mu).clamp(0.95, 0.999);
-        let mut alpha = (tau / f[0].max(1e-300)).min(1.0);
-        let dual = (tau / f[1].max(1e-300)).min(1.0);
-        for (h, d) in point.durations.iter().zip(&work.durations) {
-            alpha = alpha.min(REACH * h / d.abs().max(1e-300));
-        }
-        let sum_dh: f64 = work.durations.iter().sum();
-        let slope_phi = sum_dh - mu * f[2];
-        let mut tries = 0;
-        loop {
-            advance(problem, point, &work, alpha, dual, &mut next);
-            let mut t = [0.0f64; 3];
-            for g in 0..groups {
-                let q = arch.dispatch(Trial(problem, point, &next, g));
-                t = [t[0] + q[0], t[1].max(q[1]), t[2] + q[2]];
-            }
-            tries += 1;
-            let change = alpha * sum_dh - mu * t[2];
-            let value = phi + change;
-            let acceptable = filter.iter().all(|&(theta, phi): &(f64, f64)| {
-                t[0] <= 0.99999 * theta || value <= phi - 1e-5 * theta
-            });
-            // Where the value falls fast enough it decides alone.
-            let falling = slope_phi < 0.0 && alpha * libm::pow(-slope_phi, 2.3) > libm::pow(r.sum, 1.1);
-            let enough = if falling && r.sum <= theta_small {
-                change <= 1e-4 * alpha * slope_phi + 1e-11
+        if dual.max(primal).max(product - run.mu) < NEARLY * run.mu {
+            if run.mu > end {
+                run.lower(point, end);
+            } else if primal <= settings.primal || polish == 0 {
+                return Outcome { iterations, converged: true };
             } else {
-                t[0] <= 0.99999 * r.sum || change <= -1e-5 * r.sum || r.sum < 1e-9
-            };
-            let inside = t[1] < 0.9995;
-            if inside && t[0] <= theta_most && acceptable && enough {
-                if !falling {
-                    filter.push((r.sum, phi));
-                }
-                phi = value;
-                break;
+                polish -= 1;
             }
-            if tries > 8 && inside || tries > 30 {
-                filter.clear();
-                phi = value;
-                break;
-            }
-            alpha *= 0.5;
         }
-        std::mem::swap(point, &mut next);
+        let last = iterations == settings.iterations;
+        if last || !couple(&mut run.work, &point.durations) || !run.search(point, &mut next, sum) {
+            return failed;
+        }
     }
-    out
+    Outcome { iterations: settings.iterations, converged: false }
 }

@@ -109,19 +109,19 @@ pub fn pose(
                 real: Lanes::ZERO,
                 limits: [Lanes([1.0; WIDTH]); 3],
                 smooth: Lanes([1.0; WIDTH]),
-                ends: [[Lanes::ZERO; 2]; 2],
+                start: [Lanes::ZERO; 2],
             };
             for lane in 0..used {
                 let joint = group * WIDTH + lane;
                 g.real.0[lane] = 1.0;
                 let values = scaled(&limits[joint], &units, joint);
-                for order in 0..3 {
-                    g.limits[order].0[lane] = values[order];
+                for (limit, value) in g.limits.iter_mut().zip(values) {
+                    limit.0[lane] = value;
                 }
                 let [v, a] = states[joint];
                 let speed = units.time / units.length[joint];
-                g.ends[0][0].0[lane] = v * speed;
-                g.ends[0][1].0[lane] = a * speed * units.time;
+                g.start[0].0[lane] = v * speed;
+                g.start[1].0[lane] = a * speed * units.time;
                 g.smooth.0[lane] = if values[2] < FREE { 1.0 } else { 0.0 };
             }
             g
@@ -250,8 +250,8 @@ pub fn center(problem: &Problem, point: &mut Iterate, mu: f64) {
     for index in 0..point.cells.len() {
         for lane in 0..WIDTH {
             let g = slack(problem, point, index / all, index % all, lane);
-            for r in 0..8 {
-                point.cells[index].z[r].0[lane] = mu / g[r];
+            for (z, g) in point.cells[index].z.iter_mut().zip(g) {
+                z.0[lane] = mu / g;
             }
         }
     }
@@ -268,7 +268,7 @@ pub fn before(
     let all = problem.segments * problem.cells;
     let t = problem.shares[group * all + c].0[lane] * point.durations[c / problem.cells];
     if c == 0 {
-        let [v, a] = problem.groups[group].ends[0];
+        let [v, a] = problem.groups[group].start;
         [t, v.0[lane], a.0[lane]]
     } else {
         let [_, v, a] = point.cells[group * all + c - 1].s;
@@ -276,7 +276,7 @@ pub fn before(
     }
 }
 
-/// The slacks of one joint's cell, in the order of [`super::newton::View::slack`].
+/// The slacks of one joint's cell, in the order of [`super::chain::View::slack`].
 pub fn slack(problem: &Problem, point: &Iterate, group: usize, c: usize, lane: usize) -> [f64; 8] {
     let all = problem.segments * problem.cells;
     let [t, v, a] = before(problem, point, group, c, lane);

@@ -40,12 +40,14 @@
 
 #![allow(missing_docs)]
 
+mod chain;
 mod interior_point;
 mod layout;
 mod newton;
 mod problem;
 mod profile;
 mod refine;
+mod step;
 mod stopping;
 mod windows;
 
@@ -79,10 +81,10 @@ pub fn fastest(waypoints: &[Vec<f64>], limits: &[KernelLimits]) -> Fastest {
     best.stretch(best.ratio(&limits));
     let mut found = windows::plan(&ways, &limits);
     found.motion.stretch(found.motion.ratio(&limits));
-    let stops = !(found.motion.duration() < best.duration());
-    if !stops {
+    let faster = found.motion.duration() < best.duration();
+    if faster {
         best = found.motion;
     }
     let (trajectory, times) = best.trajectory(waypoints);
-    Fastest { trajectory, times, iterations: found.iterations, converged: found.converged, stops }
+    Fastest { trajectory, times, iterations: found.iterations, converged: found.converged, stops: !faster }
 }

@@ -1,55 +1,87 @@
-//! One Newton step: a Riccati recursion backwards over the cells, forwards again.
+//! The Newton system: a Riccati recursion backwards over the cells.
+//!
+//! The Newton step minimises a quadratic model over the linearised dynamics. Going backwards,
+//! let `V(s) = s P s / 2 + s (p_0 + sum_k p_k theta_k) + theta M theta / 2` be the least value
+//! of everything after a knot, as a function of the state's step `s = (dx, dv, da)` there and
+//! of parameters `theta`: one, for what is known (column 0); the steps of the durations
+//! (columns 1 to n); the multiplier of the segment's way and, in the last segment, those of
+//! the goal's velocity and acceleration.
+//!
+//! A cell adds its barrier terms and substitutes `s' = F s + c u + e dh + r`, with `u` what is
+//! left of the change of acceleration once it follows the duration as
+//! `lean = J phi (w0 - w1) / (w0 + w1)`. That completes the square in the two jerk
+//! limits with weights `w0`, `w1`, of which one is huge where the limit holds: their
+//! parts in `dh` are then added, never subtracted.
+//! Minimising over `u` leaves `V` before the cell. `P` stays positive semidefinite, because the
+//! Lagrangian bends only along with durations: all its second derivatives are in `M` and the
+//! columns of durations.
+//!
+//! At a waypoint the position is given, so its step is zero there and starts anew. Before the
+//! segment's start its multipliers are eliminated: the value is concave in them.
 
 use crate::math::lanes::{Lanes, Simd, Vector};
 
-use super::problem::{Cell, Group, Iterate, Problem};
+use super::chain::{Chain, ROWS, View, total};
+use super::problem::{Cell, Iterate, Problem};
 
 /// Most segments of one programme.
 pub const MAX_SEGMENTS: usize = 16;
 
 /// Columns: what is known, one per duration, three multipliers.
-const COLUMNS: usize = MAX_SEGMENTS + 4;
+pub const COLUMNS: usize = MAX_SEGMENTS + 4;
 
-/// What the forward pass needs of a cell beside its columns.
+/// What the forward pass needs of a cell: `u = -(state s + columns)`.
 #[derive(Clone, Copy)]
-struct Gain {
-    state: [Lanes; 3],
-    /// Acceleration that goes with the duration: `sigma J share`.
-    lean: Lanes,
+pub struct Gain {
+    pub state: [Lanes; 3],
+    /// How much acceleration changes along with the segment's duration.
+    pub lean: Lanes,
+}
+
+/// A multiplier as a function of columns before it, velocity and acceleration.
+#[derive(Clone, Copy)]
+pub struct Elimination {
+    pub columns: [Lanes; COLUMNS],
+    pub state: [Lanes; 2],
 }
 
 /// Working memory for one problem.
 pub struct Work {
-    gains: Vec<Gain>,
-    columns: Vec<Lanes>,
-    /// `[(group * segments + segment) * 3 + local]`: columns, then v and a.
-    multipliers: Vec<[Lanes; COLUMNS + 2]>,
-    /// Curvature over durations `[row * segments + column]`, summed over joints.
+    /// `[group][cell]`.
+    pub gains: Vec<Gain>,
+    /// `[group][cell][column]`, `stride` columns each.
+    pub columns: Vec<Lanes>,
+    pub stride: usize,
+    /// `[group][segment][3]`.
+    pub eliminations: Vec<Elimination>,
+    /// Curvature over durations `[row][column]`, summed over joints.
     pub curvature: Vec<f64>,
-    /// Slope over durations, summed over joints.
+    /// The model's slope over durations, summed over joints.
     pub slope: Vec<f64>,
-    /// The Lagrangian's own slope over durations, without the objective.
+    /// The Lagrangian's slope over durations, without the objective.
     pub gradient: Vec<f64>,
     /// Steps of the cells.
     pub steps: Vec<Cell>,
     /// Steps of the durations.
     pub durations: Vec<f64>,
-    /// New multipliers.
+    /// New multipliers, as in [`Iterate`].
     pub lambda: Vec<Lanes>,
     pub goal: Vec<[Lanes; 2]>,
-    stride: usize,
 }
 
 impl Work {
+    /// Memory for `problem`.
     pub fn new(problem: &Problem) -> Self {
         let (n, groups) = (problem.segments, problem.groups.len());
         let cells = n * problem.cells * groups;
         let zero = Lanes::ZERO;
         let stride = n + 4;
+        let none = Elimination { columns: [zero; COLUMNS], state: [zero; 2] };
         Self {
             gains: vec![Gain { state: [zero; 3], lean: zero }; cells],
             columns: vec![zero; cells * stride],
-            multipliers: vec![[zero; COLUMNS + 2]; n * groups * 3],
+            stride,
+            eliminations: vec![none; n * groups * 3],
             curvature: vec![0.0; n * n],
             slope: vec![0.0; n],
             gradient: vec![0.0; n],
@@ -57,565 +89,438 @@ impl Work {
             durations: vec![0.0; n],
             lambda: vec![zero; n * groups],
             goal: vec![[zero; 2]; groups],
-            stride,
         }
     }
 }
 
-/// One register of a [`Group`].
-#[derive(Clone, Copy)]
-pub struct Part<S: Simd> {
-    pub limits: [Vector<S>; 3],
-    pub real: Vector<S>,
-    pub smooth: Vector<S>,
-    /// Shares of a change of acceleration: in `T² δ` of the position, in `T δ` of velocity.
-    pub into_position: Vector<S>,
-    pub into_velocity: Vector<S>,
-    /// Share of `T a` in the middle control point of velocity.
-    pub into_middle: Vector<S>,
-    pub ends: [[Vector<S>; 2]; 2],
-}
-
-impl<S: Simd> Part<S> {
-    #[inline(always)]
-    pub fn load(simd: S, group: &Group, part: usize) -> Self {
-        let load = |lanes: &Lanes| Vector::load(simd, lanes, part);
-        let smooth = load(&group.smooth);
-        let half = Vector::splat(simd, 0.5);
-        Self {
-            limits: [load(&group.limits[0]), load(&group.limits[1]), load(&group.limits[2])],
-            real: load(&group.real),
-            smooth,
-            into_position: half - smooth * (1.0 / 3.0),
-            into_velocity: Vector::splat(simd, 1.0) - smooth * 0.5,
-            into_middle: smooth * 0.5,
-            ends: [
-                [load(&group.ends[0][0]), load(&group.ends[0][1])],
-                [load(&group.ends[1][0]), load(&group.ends[1][1])],
-            ],
-        }
-    }
-}
-
-/// A cell's quantities in registers.
-#[derive(Clone, Copy)]
-pub struct View<S: Simd> {
-    pub share: Vector<S>,
-    pub t: Vector<S>,
-    pub d: Vector<S>,
-    pub x: Vector<S>,
-    pub v: Vector<S>,
-    pub a: Vector<S>,
-    /// State at the end.
-    pub s1: [Vector<S>; 3],
-    /// Share of `T a` in the middle control point of velocity; none in the first
-    /// cell, whose start is given and may lie on a limit.
-    pub into_middle: Vector<S>,
-}
-
-impl<S: Simd> View<S> {
-    /// Cell `c` of the joints whose `cells` and `shares` are given.
-    #[inline(always)]
-    pub fn new(
-        simd: S,
-        problem: &Problem,
-        limits: &Part<S>,
-        durations: &[f64],
-        cells: &[Cell],
-        shares: &[Lanes],
-        c: usize,
-        part: usize,
-    ) -> Self {
-        let load = |lanes: &Lanes| Vector::load(simd, lanes, part);
-        let (v, a) = if c == 0 {
-            (limits.ends[0][0], limits.ends[0][1])
-        } else {
-            (load(&cells[c - 1].s[1]), load(&cells[c - 1].s[2]))
-        };
-        let x = if c % problem.cells == 0 {
-            Vector::splat(simd, 0.0)
-        } else {
-            load(&cells[c - 1].s[0])
-        };
-        let s1 = [load(&cells[c].s[0]), load(&cells[c].s[1]), load(&cells[c].s[2])];
-        let share = load(&shares[c]);
-        let into_middle = if c == 0 { Vector::splat(simd, 0.0) } else { limits.into_middle };
-        let t = share * durations[c / problem.cells];
-        Self { share, t, d: s1[2] - a, x, v, a, s1, into_middle }
-    }
-
-    /// Residuals of the dynamics.
-    #[inline(always)]
-    pub fn residual(&self, limits: &Part<S>) -> [Vector<S>; 2] {
-        let Self { t, d, x, v, a, s1, .. } = *self;
-        [
-            x + t * (v + t * (a * 0.5 + d * limits.into_position)) - s1[0],
-            v + t * (a + d * limits.into_velocity) - s1[1],
-        ]
-    }
-
-    /// The left sides of the eight inequalities `g > 0`.
-    #[inline(always)]
-    pub fn slack(&self, limits: &Part<S>) -> [Vector<S>; 8] {
-        let middle = self.v + self.t * self.a * self.into_middle;
-        let [_, v1, a1] = self.s1;
-        let [velocity, acceleration, jerk] = limits.limits;
-        let most = jerk * self.t;
-        [
-            most - self.d,
-            most + self.d,
-            acceleration - a1,
-            acceleration + a1,
-            velocity - v1,
-            velocity + v1,
-            velocity - middle,
-            velocity + middle,
-        ]
-    }
-}
-
-/// What the backward pass finds out about the point itself.
+/// How far the point is from the solution of its barrier problem.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Residuals {
+    /// Largest slope of the Lagrangian over what a variable can change.
     pub dual: f64,
+    /// Largest miss of the dynamics.
     pub primal: f64,
+    /// Sum of all misses.
     pub sum: f64,
-    pub complementarity: f64,
-    pub largest_product: f64,
-    pub costate: f64,
+    /// Largest product of a slack and its multiplier.
+    pub product: f64,
 }
 
-#[inline(always)]
-pub fn total<S: Simd>(vector: Vector<S>) -> f64 {
-    let mut lanes = Lanes::ZERO;
-    vector.store(&mut lanes, 0);
-    let mut sum = 0.0;
-    for lane in lanes.0 {
-        sum += lane;
+impl Residuals {
+    /// Those of both.
+    pub fn include(&mut self, other: &Self) {
+        self.dual = self.dual.max(other.dual);
+        self.primal = self.primal.max(other.primal);
+        self.sum += other.sum;
+        self.product = self.product.max(other.product);
     }
-    sum
 }
 
-/// Backward pass over one register of a group.
+/// The value function and the Lagrangian's slope while going backwards.
+struct Value<S: Simd> {
+    /// `P`: xx, xv, xa, vv, va, aa.
+    p: [Vector<S>; 6],
+    /// `p_k`, by column.
+    columns: [[Vector<S>; 3]; COLUMNS],
+    /// `M` below and on its diagonal; column 0 is the slope.
+    m: [[Vector<S>; COLUMNS]; COLUMNS],
+    /// Multipliers of the way, of velocity and of acceleration at the knot.
+    costate: [Vector<S>; 3],
+    /// The Lagrangian's slope over the segment's duration.
+    gradient: Vector<S>,
+    dual: Vector<S>,
+    primal: Vector<S>,
+    sum: Vector<S>,
+    product: Vector<S>,
+}
+
+/// A cell's barrier terms.
+struct Barrier<S: Simd> {
+    /// Multipliers.
+    z: [Vector<S>; ROWS],
+    /// Inverse slacks times the barrier parameter.
+    pull: [Vector<S>; ROWS],
+    /// Weights: multiplier over slack.
+    w: [Vector<S>; ROWS],
+}
+
+/// The end of a cell in terms of its duration and its change of acceleration.
+struct Moves<S: Simd> {
+    /// Along the change of acceleration: position and velocity (acceleration: one).
+    c: [Vector<S>; 2],
+    /// Along the segment's duration.
+    e: [Vector<S>; 3],
+    /// Of the middle control point of velocity: along acceleration and duration.
+    middle: [Vector<S>; 2],
+    /// Weight of both jerk limits together.
+    weight: Vector<S>,
+    /// Inverse curvature over `u`.
+    inverse: Vector<S>,
+    /// `P e`.
+    pe: [Vector<S>; 3],
+    /// `F^T P c` times `inverse`.
+    gain: [Vector<S>; 3],
+    /// By how much the dynamics are missed, and `P` times that.
+    miss: [Vector<S>; 2],
+    pr: [Vector<S>; 3],
+}
+
+/// `P y`.
 #[inline(always)]
-pub fn backward<S: Simd>(
-    simd: S,
-    problem: &Problem,
-    point: &Iterate,
-    work: &mut Work,
-    group: usize,
-    part: usize,
-    mu: f64,
-) -> Residuals {
-    let n = problem.segments;
-    let k = problem.cells;
-    let all = n * k;
-    let limits = Part::load(simd, &problem.groups[group], part);
-    let cells = &point.cells[group * all..(group + 1) * all];
-    let shares = &problem.shares[group * all..(group + 1) * all];
-    let zero = Vector::splat(simd, 0.0);
-    let one = Vector::splat(simd, 1.0);
-    let load = |lanes: &Lanes| Vector::load(simd, lanes, part);
-    let real = limits.real;
-    let jerk = limits.limits[2];
-    let reach = limits.limits[1];
-    let mut p = [zero; 6];
-    let mut cols = [[zero; 3]; COLUMNS];
-    let mut m = [[zero; COLUMNS]; COLUMNS];
-    let (mut pi_v, mut pi_a) = (zero, zero);
-    let (mut dual, mut primal, mut sum) = (zero, zero, zero);
-    let (mut products, mut largest_product) = (zero, zero);
-    let mut costate = zero;
-    let stride = work.stride;
-    for i in (0..n).rev() {
+fn times<S: Simd>(p: &[Vector<S>; 6], y: [Vector<S>; 3]) -> [Vector<S>; 3] {
+    let [xx, xv, xa, vv, va, aa] = *p;
+    [
+        xx * y[0] + xv * y[1] + xa * y[2],
+        xv * y[0] + vv * y[1] + va * y[2],
+        xa * y[0] + va * y[1] + aa * y[2],
+    ]
+}
+
+/// `F^T y`: what a slope at the end of a cell is at its start.
+#[inline(always)]
+fn back<S: Simd>(t: Vector<S>, y: [Vector<S>; 3]) -> [Vector<S>; 3] {
+    [y[0], t * y[0] + y[1], t * t * y[0] * 0.5 + t * y[1] + y[2]]
+}
+
+impl<S: Simd> Value<S> {
+    #[inline(always)]
+    fn new(chain: &Chain<S>) -> Self {
+        let zero = chain.splat(0.0);
+        Self {
+            p: [zero; 6],
+            columns: [[zero; 3]; COLUMNS],
+            m: [[zero; COLUMNS]; COLUMNS],
+            costate: [zero; 3],
+            gradient: zero,
+            dual: zero,
+            primal: zero,
+            sum: zero,
+            product: zero,
+        }
+    }
+
+    /// Takes up the multipliers of segment `i` at its end. Returns the end of the columns.
+    #[inline(always)]
+    fn enter(&mut self, chain: &Chain<S>, point: &Iterate, i: usize) -> usize {
+        let (zero, one) = (chain.splat(0.0), chain.splat(1.0));
+        let n = chain.segments;
         let local = n + 1;
         let last = i + 1 == n;
         let active = local + if last { 3 } else { 1 };
-        let lambda = load(&point.lambda[group * n + i]);
-        p[0] = zero;
-        p[1] = zero;
-        p[2] = zero;
-        for col in cols.iter_mut().take(local) {
-            col[0] = zero;
+        self.p[0] = zero;
+        self.p[1] = zero;
+        self.p[2] = zero;
+        for column in self.columns.iter_mut().take(local) {
+            column[0] = zero;
         }
-        cols[local] = [one, zero, zero];
-        for row in m[local..active].iter_mut() {
+        for row in self.m[local..active].iter_mut() {
             *row = [zero; COLUMNS];
         }
+        self.columns[local] = [one, zero, zero];
+        self.costate[0] = chain.load(&point.lambda[chain.group * n + i]);
         if last {
-            pi_v = load(&point.goal[group][0]);
-            pi_a = load(&point.goal[group][1]);
-            cols[local + 1] = [zero, one, zero];
-            cols[local + 2] = [zero, zero, limits.smooth];
-            m[local + 2][local + 2] = limits.smooth - one;
+            let [v, a] = &point.goal[chain.group];
+            self.costate[1] = chain.load(v);
+            self.costate[2] = chain.load(a);
+            self.columns[local + 1] = [zero, one, zero];
+            // Where acceleration may jump, that at the goal is free: its multiplier is zero.
+            let smooth = chain.limits.smooth;
+            self.columns[local + 2] = [zero, zero, smooth];
+            self.m[local + 2][local + 2] = smooth - one;
         }
-        let mut gradient = zero;
-        for q in (0..k).rev() {
-            let c = i * k + q;
-            let cell = &cells[c];
-            let at = View::new(simd, problem, &limits, &point.durations, cells, shares, c, part);
-            let g = at.slack(&limits);
-            let mut z = [zero; 8];
-            let mut inv = [zero; 8];
-            let mut w = [zero; 8];
-            let end = c + 1 == all;
-            for r in 0..8 {
-                z[r] = load(&cell.z[r]);
-                inv[r] = one / g[r];
-                w[r] = z[r] * inv[r];
-                if !(end && (4..6).contains(&r)) {
-                    let product = z[r] * g[r] * real;
-                    products = products + product;
-                    largest_product = largest_product.max(product);
-                }
+        self.gradient = zero;
+        active
+    }
+
+    /// Adds the limits of velocity and acceleration at the end of cell `c`.
+    #[inline(always)]
+    fn knot(&mut self, chain: &Chain<S>, c: usize, barrier: &Barrier<S>) {
+        let Barrier { z, pull, w } = barrier;
+        if chain.counts(c, 4) {
+            self.p[3] = self.p[3] + w[4] + w[5];
+            self.columns[0][1] = self.columns[0][1] + pull[4] - pull[5];
+            self.costate[1] = self.costate[1] + z[4] - z[5];
+        }
+        self.p[5] = self.p[5] + w[2] + w[3];
+        self.columns[0][2] = self.columns[0][2] + pull[2] - pull[3];
+        self.costate[2] = self.costate[2] + z[2] - z[3];
+    }
+
+    /// Barrier terms of cell `c`, and what it adds to the residuals.
+    #[inline(always)]
+    fn barrier(&mut self, chain: &Chain<S>, c: usize, view: &View<S>, mu: f64) -> Barrier<S> {
+        let zero = chain.splat(0.0);
+        let mut barrier = Barrier { z: [zero; ROWS], pull: [zero; ROWS], w: [zero; ROWS] };
+        let slack = view.slack(&chain.limits);
+        for row in 0..ROWS {
+            let inverse = chain.splat(1.0) / slack[row];
+            let z = chain.multiplier(c, row);
+            barrier.z[row] = z;
+            barrier.pull[row] = inverse * mu;
+            barrier.w[row] = z * inverse;
+            if chain.counts(c, row) {
+                self.product = self.product.max(z * slack[row] * chain.limits.real);
             }
-            if !end {
-                p[3] = p[3] + w[4] + w[5];
-                cols[0][1] = cols[0][1] + (inv[4] - inv[5]) * mu;
-                pi_v = pi_v + z[4] - z[5];
-            }
-            p[5] = p[5] + w[2] + w[3];
-            cols[0][2] = cols[0][2] + (inv[2] - inv[3]) * mu;
-            pi_a = pi_a + z[2] - z[3];
-            let View { share, t, d, v, a, into_middle, .. } = at;
-            let r = at.residual(&limits);
-            for r in &r {
-                primal = primal.max(r.abs() * real);
-                sum = sum + r.abs() * real;
-            }
-            let [pxx, pxv, pxa, pvv, pva, paa] = p;
-            let half_tt = t * t * 0.5;
-            // How the end moves with duration (per share) and with acceleration.
-            let bx = v + t * (a + d * limits.into_position * 2.0);
-            let bv = a + d * limits.into_velocity;
-            let cx = t * t * limits.into_position;
-            let cv = t * limits.into_velocity;
-            let mid_a = t * into_middle;
-            let mid_t = a * into_middle;
-            // Duration with the acceleration that goes with it.
-            let weight = w[0] + w[1];
-            let lean = jerk * share * ((w[0] - w[1]) / weight);
-            let ex = bx * share + cx * lean;
-            let ev = bv * share + cv * lean;
-            let ea = lean;
-            let wm = w[6] + w[7];
-            let zm = z[6] - z[7];
-            // Pc and Pe.
-            let yc = [
-                pxx * cx + pxv * cv + pxa,
-                pxv * cx + pvv * cv + pva,
-                pxa * cx + pva * cv + paa,
-            ];
-            let ye = [
-                pxx * ex + pxv * ev + pxa * ea,
-                pxv * ex + pvv * ev + pva * ea,
-                pxa * ex + pva * ev + paa * ea,
-            ];
-            let h = cx * yc[0] + cv * yc[1] + yc[2] + weight;
-            let inverse = one / h;
-            let hs = [yc[0], t * yc[0] + yc[1], half_tt * yc[0] + t * yc[1] + yc[2]];
-            // F^T P F.
-            let fv = [t * pxx + pxv, t * pxv + pvv, t * pxa + pva];
-            let fa = [
-                half_tt * pxx + t * pxv + pxa,
-                half_tt * pxv + t * pvv + pva,
-                half_tt * pxa + t * pva + paa,
-            ];
-            let gain = [hs[0] * inverse, hs[1] * inverse, hs[2] * inverse];
-            p = [
-                pxx - hs[0] * gain[0],
-                fv[0] - hs[0] * gain[1],
-                fa[0] - hs[0] * gain[2],
-                t * fv[0] + fv[1] + wm - hs[1] * gain[1],
-                t * fa[0] + fa[1] + wm * mid_a - hs[1] * gain[2],
-                half_tt * fa[0] + t * fa[1] + fa[2] + wm * mid_a * mid_a - hs[2] * gain[2],
-            ];
-            let index = group * all + c;
-            let stored = &mut work.gains[index];
-            for s in 0..3 {
-                gain[s].store(&mut stored.state[s], part);
-            }
-            lean.store(&mut stored.lean, part);
-            // The Lagrangian's curvature: everything bends with the duration only.
-            let w_td = (t * lambda * (limits.into_position * 2.0) + limits.into_velocity * pi_v) * share;
-            let w_tv = lambda * share;
-            let w_ta = (lambda * t + pi_v + zm * into_middle) * share;
-            let w_tt = lambda * (a + d * limits.into_position * 2.0) * share * share;
-            let cm = (inv[6] - inv[7]) * mu;
-            let pull = (inv[0] - inv[1]) * mu;
-            let own = i + 1;
-            let mut gs_of = [zero; COLUMNS];
-            let mut ys_of = [zero; COLUMNS];
-            let known = cols[0];
-            for col in 0..active {
-                if col > 0 && col <= i {
-                    continue;
-                }
-                let [mut px, mut pv, mut pa] = cols[col];
-                if col > 0 {
-                    m[col][0] = m[col][0] + px * r[0] + pv * r[1];
-                    if col == own {
-                        let along = px * ex + pv * ev + pa * ea;
-                        let base = ex * known[0] + ev * known[1] + ea * known[2]
-                            + ye[0] * r[0] + ye[1] * r[1];
-                        let stage = cm * mid_t * share + pull * lean
-                            - jerk * share * (inv[0] + inv[1]) * mu;
-                        m[own][0] = m[own][0] + base + stage;
-                        let mid = mid_t * share;
-                        m[own][own] = m[own][own] + ex * ye[0] + ev * ye[1] + ea * ye[2]
-                            + along * 2.0
-                            + jerk * share * jerk * share * (w[0] * w[1] / weight) * 4.0
-                            + wm * mid * mid
-                            + w_tt
-                            + w_td * lean * 2.0;
-                        px = px + ye[0];
-                        pv = pv + ye[1];
-                        pa = pa + ye[2];
-                    } else {
-                        let along = px * ex + pv * ev + pa * ea;
-                        // Rows are the larger index.
-                        m[col][own] = m[col][own] + along;
-                    }
+        }
+        barrier
+    }
+
+    /// How the end of the cell moves, and `P` before the cell.
+    #[inline(always)]
+    fn state(&mut self, chain: &Chain<S>, view: &View<S>, barrier: &Barrier<S>) -> Moves<S> {
+        let View { share, t, a, middle, .. } = *view;
+        let w = &barrier.w;
+        let [bx, bv] = view.along_duration(&chain.limits);
+        let [cx, cv] = view.along_change(&chain.limits);
+        let weight = w[0] + w[1];
+        let lean = chain.limits.derivatives[2] * share * ((w[0] - w[1]) / weight);
+        let e = [bx * share + cx * lean, bv * share + cv * lean, lean];
+        let p = &self.p;
+        let pc = times(p, [cx, cv, chain.splat(1.0)]);
+        let pe = times(p, e);
+        let miss = view.residual(&chain.limits);
+        let pr = times(p, [miss[0], miss[1], chain.splat(0.0)]);
+        let inverse = chain.splat(1.0) / (cx * pc[0] + cv * pc[1] + pc[2] + weight);
+        let h = back(t, pc);
+        let gain = [h[0] * inverse, h[1] * inverse, h[2] * inverse];
+        let middle = [t * middle, a * middle];
+        let wm = w[6] + w[7];
+        let x = back(t, [p[0], p[1], p[2]]);
+        let v = back(t, [t * p[0] + p[1], t * p[1] + p[3], t * p[2] + p[4]]);
+        let half = t * t * 0.5;
+        let end = [
+            half * p[0] + t * p[1] + p[2],
+            half * p[1] + t * p[3] + p[4],
+            half * p[2] + t * p[4] + p[5],
+        ];
+        let aa = back(t, end)[2];
+        self.p = [
+            p[0] - h[0] * gain[0],
+            x[1] - h[0] * gain[1],
+            x[2] - h[0] * gain[2],
+            v[1] + wm - h[1] * gain[1],
+            v[2] + wm * middle[0] - h[1] * gain[2],
+            aa + wm * middle[0] * middle[0] - h[2] * gain[2],
+        ];
+        Moves { c: [cx, cv], e, middle, weight, inverse, pe, gain, miss, pr }
+    }
+
+    /// What the own duration's column and row of `M` gain in a cell of segment `i`, beside
+    /// what all columns gain. Returns the slope and the curvature along velocity,
+    /// acceleration and `u`.
+    #[inline(always)]
+    fn own_duration(
+        &mut self,
+        chain: &Chain<S>,
+        i: usize,
+        view: &View<S>,
+        barrier: &Barrier<S>,
+        moves: &Moves<S>,
+    ) -> [Vector<S>; 3] {
+        let View { share, t, d, a, middle: in_middle, .. } = *view;
+        let Barrier { z, pull, w } = barrier;
+        let Moves { e, middle, miss, pe, .. } = moves;
+        let own = i + 1;
+        let jerk = chain.limits.derivatives[2] * share;
+        let [in_position, in_velocity] = chain.limits.change;
+        let [lambda, costate, _] = self.costate;
+        let wm = w[6] + w[7];
+        let middle_t = middle[1] * share;
+        let along_u = (t * lambda * (in_position * 2.0) + in_velocity * costate) * share;
+        let along_v = lambda * share + wm * middle_t;
+        let along_a = (lambda * t + costate + (z[6] - z[7]) * in_middle) * share
+            + wm * middle_t * middle[0];
+        let known = self.columns[0];
+        let column = self.columns[own];
+        let slope = e[0] * known[0] + e[1] * known[1] + e[2] * known[2]
+            + pe[0] * miss[0] + pe[1] * miss[1]
+            + (pull[6] - pull[7]) * middle_t
+            + (pull[0] - pull[1]) * e[2]
+            - jerk * (pull[0] + pull[1]);
+        let along = e[0] * column[0] + e[1] * column[1] + e[2] * column[2];
+        let curvature = e[0] * pe[0] + e[1] * pe[1] + e[2] * pe[2]
+            + along * 2.0
+            + jerk * jerk * (w[0] * w[1] / moves.weight) * 4.0
+            + wm * middle_t * middle_t
+            + lambda * (a + d * in_position * 2.0) * share * share
+            + along_u * e[2] * 2.0;
+        self.m[own][0] = self.m[own][0] + slope;
+        self.m[own][own] = self.m[own][own] + curvature;
+        [along_v, along_a, along_u]
+    }
+
+    /// Brings all columns and `M` before a cell of segment `i`, and stores the columns of `u`.
+    #[inline(always)]
+    fn columns(
+        &mut self,
+        chain: &Chain<S>,
+        (i, active): (usize, usize),
+        view: &View<S>,
+        barrier: &Barrier<S>,
+        moves: &Moves<S>,
+        stored: &mut [Lanes],
+    ) {
+        let zero = chain.splat(0.0);
+        let own = i + 1;
+        let Moves { c, e, miss, gain, inverse, .. } = moves;
+        let bend = self.own_duration(chain, i, view, barrier, moves);
+        let pull = &barrier.pull;
+        let mut slopes = [zero; COLUMNS];
+        let mut controls = [zero; COLUMNS];
+        for column in std::iter::once(0).chain(own..active) {
+            let mut p = self.columns[column];
+            if column == 0 {
+                p = [p[0] + moves.pr[0], p[1] + moves.pr[1], p[2] + moves.pr[2]];
+            } else {
+                self.m[column][0] = self.m[column][0] + p[0] * miss[0] + p[1] * miss[1];
+                if column == own {
+                    p = [p[0] + moves.pe[0], p[1] + moves.pe[1], p[2] + moves.pe[2]];
                 } else {
-                    px = px + pxx * r[0] + pxv * r[1];
-                    pv = pv + pxv * r[0] + pvv * r[1];
-                    pa = pa + pxa * r[0] + pva * r[1];
-                }
-                let mut gs = [px, t * px + pv, half_tt * px + t * pv + pa];
-                let mut gd = cx * px + cv * pv + pa;
-                if col == 0 {
-                    gs[1] = gs[1] + cm;
-                    gs[2] = gs[2] + cm * mid_a;
-                    gd = gd + pull;
-                }
-                if col == own {
-                    let mid = wm * mid_t * share;
-                    gs[1] = gs[1] + w_tv + mid;
-                    gs[2] = gs[2] + w_ta + mid * mid_a;
-                    gd = gd + w_td;
-                }
-                gs_of[col] = gd;
-                ys_of[col] = gd * inverse;
-                ys_of[col].store(&mut work.columns[index * stride + col], part);
-                cols[col] = [gs[0] - gain[0] * gd, gs[1] - gain[1] * gd, gs[2] - gain[2] * gd];
-            }
-            for row in own..active {
-                m[row][0] = m[row][0] - gs_of[row] * ys_of[0];
-                for col in own..=row {
-                    m[row][col] = m[row][col] - gs_of[row] * ys_of[col];
+                    let along = p[0] * e[0] + p[1] * e[1] + p[2] * e[2];
+                    self.m[column][own] = self.m[column][own] + along;
                 }
             }
-            // The Lagrangian's own gradient.
-            gradient = gradient
-                + (bx * lambda + bv * pi_v + mid_t * zm - jerk * (z[0] + z[1])) * share;
-            costate = costate.max(pi_v.abs() * real).max(lambda.abs() * real);
-            let slope = cx * lambda + cv * pi_v + pi_a + z[0] - z[1];
-            dual = dual.max((slope * (jerk * t).min(reach)).abs() * real);
-            pi_a = half_tt * lambda + t * pi_v + pi_a + mid_a * zm;
-            pi_v = t * lambda + pi_v + zm;
+            let mut before = back(view.t, p);
+            let mut slope = c[0] * p[0] + c[1] * p[1] + p[2];
+            if column == 0 {
+                let middle = pull[6] - pull[7];
+                before[1] = before[1] + middle;
+                before[2] = before[2] + middle * moves.middle[0];
+                slope = slope + pull[0] - pull[1];
+            } else if column == own {
+                before[1] = before[1] + bend[0];
+                before[2] = before[2] + bend[1];
+                slope = slope + bend[2];
+            }
+            slopes[column] = slope;
+            controls[column] = slope * *inverse;
+            controls[column].store(&mut stored[column], chain.part);
+            self.columns[column] = [
+                before[0] - gain[0] * slope,
+                before[1] - gain[1] * slope,
+                before[2] - gain[2] * slope,
+            ];
         }
-        work.gradient[i] += total(gradient * real);
-        // Eliminate the local multipliers.
-        for e in (local..active).rev() {
-            let inverse = zero - one / m[e][e];
-            let slot = &mut work.multipliers[(group * n + i) * 3 + e - local];
-            let [_, pv, pa] = cols[e];
-            let mut row = [zero; COLUMNS];
-            for col in 0..e {
-                if col > 0 && col <= i {
-                    continue;
-                }
-                row[col] = m[e][col] * inverse;
-                row[col].store(&mut slot[col], part);
+        for row in own..active {
+            self.m[row][0] = self.m[row][0] - slopes[row] * controls[0];
+            for column in own..=row {
+                self.m[row][column] = self.m[row][column] - slopes[row] * controls[column];
             }
-            let (rv, ra) = (pv * inverse, pa * inverse);
-            rv.store(&mut slot[COLUMNS], part);
-            ra.store(&mut slot[COLUMNS + 1], part);
-            p[3] = p[3] + pv * rv;
-            p[4] = p[4] + pv * ra;
-            p[5] = p[5] + pa * ra;
-            for col in 0..e {
-                if col > 0 && col <= i {
-                    continue;
-                }
-                cols[col][1] = cols[col][1] + pv * row[col];
-                cols[col][2] = cols[col][2] + pa * row[col];
-                let factor = m[e][col];
-                if col > 0 {
-                    m[col][0] = m[col][0] + factor * row[0];
-                    for other in i + 1..=col {
-                        m[col][other] = m[col][other] + factor * row[other];
+        }
+    }
+
+    /// Eliminates the multipliers of segment `i` before its start.
+    #[inline(always)]
+    fn leave(
+        &mut self,
+        chain: &Chain<S>,
+        (i, active): (usize, usize),
+        stored: &mut [Elimination],
+    ) {
+        let zero = chain.splat(0.0);
+        let local = chain.segments + 1;
+        for row in (local..active).rev() {
+            let inverse = zero - chain.splat(1.0) / self.m[row][row];
+            let slot = &mut stored[row - local];
+            let [_, pv, pa] = self.columns[row];
+            let state = [pv * inverse, pa * inverse];
+            for (value, slot) in state.iter().zip(&mut slot.state) {
+                value.store(slot, chain.part);
+            }
+            self.p[3] = self.p[3] + pv * state[0];
+            self.p[4] = self.p[4] + pv * state[1];
+            self.p[5] = self.p[5] + pa * state[1];
+            let mut shares = [zero; COLUMNS];
+            for column in std::iter::once(0).chain(i + 1..row) {
+                let factor = self.m[row][column];
+                shares[column] = factor * inverse;
+                shares[column].store(&mut slot.columns[column], chain.part);
+                let [_, v, a] = &mut self.columns[column];
+                *v = *v + pv * shares[column];
+                *a = *a + pa * shares[column];
+                if column > 0 {
+                    self.m[column][0] = self.m[column][0] + factor * shares[0];
+                    for other in i + 1..=column {
+                        self.m[column][other] = self.m[column][other] + factor * shares[other];
                     }
                 }
             }
         }
     }
+
+    /// The slope of the Lagrangian over the cell, and its costate before the cell.
+    #[inline(always)]
+    fn lagrangian(&mut self, chain: &Chain<S>, view: &View<S>, barrier: &Barrier<S>, moves: &Moves<S>) {
+        let View { share, t, .. } = *view;
+        let Barrier { z, .. } = barrier;
+        let [_, reach, jerk] = chain.limits.derivatives;
+        let [lambda, v, a] = self.costate;
+        let [bx, bv] = view.along_duration(&chain.limits);
+        let [cx, cv] = moves.c;
+        let real = chain.limits.real;
+        let zm = z[6] - z[7];
+        self.gradient = self.gradient
+            + (bx * lambda + bv * v + moves.middle[1] * zm - jerk * (z[0] + z[1])) * share;
+        let slope = cx * lambda + cv * v + a + z[0] - z[1];
+        self.dual = self.dual.max((slope * (jerk * t).min(reach)).abs() * real);
+        self.costate = back(t, self.costate);
+        self.costate[1] = self.costate[1] + zm;
+        self.costate[2] = self.costate[2] + moves.middle[0] * zm;
+        for r in moves.miss {
+            self.primal = self.primal.max(r.abs() * real);
+            self.sum = self.sum + r.abs() * real;
+        }
+    }
+}
+
+/// Factorises the Newton system of one register of joints and adds what it says about
+/// the durations to `work`.
+#[inline(always)]
+pub fn backward<S: Simd>(
+    chain: &Chain<S>,
+    point: &Iterate,
+    work: &mut Work,
+    mu: f64,
+) -> Residuals {
+    let (n, k, all, part) = (chain.segments, chain.cells, chain.all(), chain.part);
+    let real = chain.limits.real;
+    let stride = work.stride;
+    let mut value = Value::new(chain);
+    for i in (0..n).rev() {
+        let active = value.enter(chain, point, i);
+        for c in (i * k..(i + 1) * k).rev() {
+            let index = chain.group * all + c;
+            let view = chain.view(c);
+            let barrier = value.barrier(chain, c, &view, mu);
+            value.knot(chain, c, &barrier);
+            let moves = value.state(chain, &view, &barrier);
+            let stored = &mut work.columns[index * stride..(index + 1) * stride];
+            value.columns(chain, (i, active), &view, &barrier, &moves, stored);
+            value.lagrangian(chain, &view, &barrier, &moves);
+            let gain = &mut work.gains[index];
+            for (value, slot) in moves.gain.iter().zip(&mut gain.state) {
+                value.store(slot, part);
+            }
+            moves.e[2].store(&mut gain.lean, part);
+        }
+        work.gradient[i] += total(value.gradient * real);
+        let first = (chain.group * n + i) * 3;
+        value.leave(chain, (i, active), &mut work.eliminations[first..first + 3]);
+    }
     for row in 0..n {
-        work.slope[row] += total(m[row + 1][0] * real);
-        for col in 0..=row {
-            let value = total(m[row + 1][col + 1] * real);
-            work.curvature[row * n + col] += value;
-            if row != col {
-                work.curvature[col * n + row] += value;
+        work.slope[row] += total(value.m[row + 1][0] * real);
+        for column in 0..=row {
+            let curvature = total(value.m[row + 1][column + 1] * real);
+            work.curvature[row * n + column] += curvature;
+            if row != column {
+                work.curvature[column * n + row] += curvature;
             }
         }
     }
     Residuals {
-        dual: dual.largest(),
-        primal: primal.largest(),
-        sum: total(sum),
-        complementarity: total(products),
-        largest_product: largest_product.largest(),
-        costate: costate.largest(),
+        dual: value.dual.largest(),
+        primal: value.primal.largest(),
+        sum: total(value.sum),
+        product: value.product.largest(),
     }
-}
-
-/// Forward pass: steps of all cells, given the steps of the durations.
-///
-/// Returns the largest shares of a slack and of a multiplier that the full step
-/// would use up, and the sum of `step / slack`.
-#[inline(always)]
-pub fn forward<S: Simd>(
-    simd: S,
-    problem: &Problem,
-    point: &Iterate,
-    work: &mut Work,
-    group: usize,
-    part: usize,
-    mu: f64,
-) -> [f64; 3] {
-    let n = problem.segments;
-    let k = problem.cells;
-    let all = n * k;
-    let limits = Part::load(simd, &problem.groups[group], part);
-    let cells = &point.cells[group * all..(group + 1) * all];
-    let shares = &problem.shares[group * all..(group + 1) * all];
-    let zero = Vector::splat(simd, 0.0);
-    let one = Vector::splat(simd, 1.0);
-    let load = |lanes: &Lanes| Vector::load(simd, lanes, part);
-    let real = limits.real;
-    let (mut dv, mut da) = (zero, zero);
-    let mut params = [zero; COLUMNS];
-    params[0] = one;
-    for i in 0..n {
-        params[i + 1] = Vector::splat(simd, work.durations[i]);
-    }
-    let (mut primal, mut dual, mut slope) = (zero, zero, zero);
-    let stride = work.stride;
-    for i in 0..n {
-        let local = n + 1;
-        let active = local + if i + 1 == n { 3 } else { 1 };
-        for e in local..active {
-            let row = &work.multipliers[(group * n + i) * 3 + e - local];
-            let mut value = load(&row[0]) + load(&row[COLUMNS]) * dv + load(&row[COLUMNS + 1]) * da;
-            for col in i + 1..e {
-                value = value + load(&row[col]) * params[col];
-            }
-            params[e] = value;
-        }
-        params[local].store(&mut work.lambda[group * n + i], part);
-        if i + 1 == n {
-            params[local + 1].store(&mut work.goal[group][0], part);
-            params[local + 2].store(&mut work.goal[group][1], part);
-        }
-        let mut dx = zero;
-        for q in 0..k {
-            let c = i * k + q;
-            let index = group * all + c;
-            let gain = &work.gains[index];
-            let columns = &work.columns[index * stride..(index + 1) * stride];
-            let mut u = load(&columns[0])
-                + load(&gain.state[0]) * dx
-                + load(&gain.state[1]) * dv
-                + load(&gain.state[2]) * da;
-            for col in i + 1..active {
-                u = u + load(&columns[col]) * params[col];
-            }
-            let dd = load(&gain.lean) * params[i + 1] - u;
-            let at = View::new(simd, problem, &limits, &point.durations, cells, shares, c, part);
-            let r = at.residual(&limits);
-            let View { share, t, d, v, a, into_middle, .. } = at;
-            let dt = share * params[i + 1];
-            let dm = dv + (t * da + a * dt) * into_middle;
-            let half_tt = t * t * 0.5;
-            let nx = dx + t * dv + half_tt * da
-                + (v + t * (a + d * limits.into_position * 2.0)) * dt
-                + t * t * limits.into_position * dd
-                + r[0];
-            let nv = dv + t * da + (a + d * limits.into_velocity) * dt + t * limits.into_velocity * dd + r[1];
-            let na = da + dd;
-            let g = at.slack(&limits);
-            let most = limits.limits[2] * dt;
-            let dg = [most - dd, most + dd, zero - na, na, zero - nv, nv, zero - dm, dm];
-            let end = c + 1 == all;
-            let step = &mut work.steps[index];
-            for row in 0..8 {
-                let z = load(&cells[c].z[row]);
-                let inv = one / g[row];
-                let ratio = dg[row] * inv;
-                let dz = inv * mu - z - z * ratio;
-                dz.store(&mut step.z[row], part);
-                if !(end && (4..6).contains(&row)) {
-                    primal = primal.max((zero - ratio) * real);
-                    dual = dual.max((zero - dz / z) * real);
-                    slope = slope + ratio * real;
-                }
-            }
-            nx.store(&mut step.s[0], part);
-            nv.store(&mut step.s[1], part);
-            na.store(&mut step.s[2], part);
-            (dx, dv, da) = (nx, nv, na);
-        }
-    }
-    [primal.largest(), dual.largest(), total(slope)]
-}
-
-/// What a trial step leads to: residuals, largest share of a slack lost, and
-/// the sum of the logarithms of the shares kept.
-#[inline(always)]
-pub fn trial<S: Simd>(
-    simd: S,
-    problem: &Problem,
-    old: &Iterate,
-    new: &Iterate,
-    group: usize,
-    part: usize,
-) -> [f64; 3] {
-    let all = problem.segments * problem.cells;
-    let limits = Part::load(simd, &problem.groups[group], part);
-    let zero = Vector::splat(simd, 0.0);
-    let one = Vector::splat(simd, 1.0);
-    let real = limits.real;
-    let olds = &old.cells[group * all..(group + 1) * all];
-    let news = &new.cells[group * all..(group + 1) * all];
-    let shares = &problem.shares[group * all..(group + 1) * all];
-    let mut sum = zero;
-    let mut lost = zero;
-    let mut logs = 0.0;
-    let mut products = one;
-    for c in 0..all {
-        let before = View::new(simd, problem, &limits, &old.durations, olds, shares, c, part);
-        let after = View::new(simd, problem, &limits, &new.durations, news, shares, c, part);
-        for r in after.residual(&limits) {
-            sum = sum + r.abs() * real;
-        }
-        let (g0, g1) = (before.slack(&limits), after.slack(&limits));
-        let end = c + 1 == all;
-        for row in 0..8 {
-            if !(end && (4..6).contains(&row)) {
-                let change = (g1[row] / g0[row] - one) * real;
-                lost = lost.max(zero - change);
-                products = products * (change + one);
-            }
-        }
-        if c % 4 == 3 || end {
-            let mut lanes = Lanes([1.0; 8]);
-            products.store(&mut lanes, 0);
-            for lane in lanes.0 {
-                logs += libm::log(lane);
-            }
-            products = one;
-        }
-    }
-    [total(sum), lost.largest(), logs]
 }

@@ -17,8 +17,8 @@ pub struct Group {
     /// One where jerk is limited, else zero: then acceleration jumps at the
     /// start of a cell and is constant in it.
     pub smooth: Lanes,
-    /// Velocity and acceleration at the start and at the goal.
-    pub ends: [[Lanes; 2]; 2],
+    /// Velocity and acceleration at the start; the goal is at rest.
+    pub start: [Lanes; 2],
 }
 
 /// Waypoints and limits, laid out for the interior point method.
@@ -28,6 +28,7 @@ pub struct Problem {
     pub segments: usize,
     /// Cells per segment.
     pub cells: usize,
+    /// Eight joints each.
     pub groups: Vec<Group>,
     /// Way of each segment: `[group * segments + segment]`.
     pub change: Vec<Lanes>,
@@ -40,11 +41,12 @@ pub struct Problem {
 pub struct Cell {
     /// Position since the last waypoint, velocity and acceleration at the cell's end.
     pub s: [Lanes; 3],
-    /// Multipliers of the cell's inequalities, see [`super::newton`].
+    /// Multipliers of the cell's inequalities, see [`super::chain`].
     pub z: [Lanes; 8],
 }
 
 impl Cell {
+    /// All zero.
     pub const ZERO: Self = Self { s: [Lanes::ZERO; 3], z: [Lanes::ZERO; 8] };
 }
 

@@ -48,9 +48,8 @@ pub fn refine(problem: &Problem, point: &Iterate, cells: usize, mu: f64) -> (Pro
     for index in 0..at.cells.len() {
         for lane in 0..WIDTH {
             let g = slack(&refined, &at, index / all, index % all, lane);
-            for r in 0..8 {
-                let z = &mut at.cells[index].z[r].0[lane];
-                *z = z.max(mu / g[r]);
+            for (z, g) in at.cells[index].z.iter_mut().zip(g) {
+                z.0[lane] = z.0[lane].max(mu / g);
             }
         }
     }
@@ -101,7 +100,7 @@ fn cut(
         (previous, this) = (this, next);
     }
     // The middle of the first cell is not held to the speed limit, so its parts might pass it.
-    let [v, a] = problem.groups[group].ends[0].map(|end| end.0[lane]);
+    let [v, a] = problem.groups[group].start.map(|end| end.0[lane]);
     if segment == 0 && (v != 0.0 || a != 0.0) {
         slices[0].gain = 0.0;
     }
@@ -140,7 +139,7 @@ fn copy(
         }
     } else {
         let [t, v, a] = before(problem, point, group, c, lane);
-        let x = if c % problem.cells == 0 { 0.0 } else { point.cells[group * all + c - 1].s[0].0[lane] };
+        let x = if c.is_multiple_of(problem.cells) { 0.0 } else { point.cells[group * all + c - 1].s[0].0[lane] };
         let end = old.s[2].0[lane];
         let u = slice.to * t;
         if problem.groups[group].smooth.0[lane] > 0.0 {

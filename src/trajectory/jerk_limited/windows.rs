@@ -18,7 +18,7 @@ use super::stopping::stopping;
 const AHEAD: usize = 6;
 
 /// Among how many more segments the end of what is kept is chosen.
-const CHOICE: usize = 5;
+const CHOICE: usize = 3;
 
 /// Cells per segment, at first and after each refinement. Where a division fails, the next
 /// leads along another path to the solution.
