@@ -16,9 +16,8 @@ fn limits(rows: &[[f64; 3]]) -> Vec<KernelLimits> {
 }
 
 fn bounds(limits: &[KernelLimits]) -> Vec<JointBounds> {
-    let limit = |value: f64| {
-        value.is_finite().then(|| Limit { value, provenance: "the test".to_owned() })
-    };
+    let limit =
+        |value: f64| value.is_finite().then(|| Limit { value, provenance: "the test".to_owned() });
     let joint = |(number, limits): (usize, &KernelLimits)| JointBounds {
         name: format!("j{number}"),
         unit: "rad",
@@ -71,19 +70,143 @@ fn reaches_the_independent_optima_of_the_random_problems() {
     }
 }
 
-/// `mcb-ab` and `wood` with the limits of their papers; references in s.
+/// Waypoints of a scenario of a paper, with one row of limits for all its joints.
+fn paper(name: &str, rows: &[[f64; 3]]) -> (Vec<Vec<f64>>, Vec<KernelLimits>) {
+    let request = &scenarios::get(name).unwrap().request;
+    let waypoints = serde_json::from_value(request["task"]["waypoints"].clone()).unwrap();
+    (waypoints, limits(rows))
+}
+
+/// The papers' problems with their limits, with and without jerk; references in s.
 #[test]
 fn reaches_the_independent_optima_of_the_papers_problems() {
-    let wood_jerk = [3.2, 3.2, 9.6, 9.6];
-    for (name, jerk, reference) in [
-        ("mcb-ab", Some(vec![2.0; 6]), 4.8803),
-        ("mcb-ab", None, 4.2605),
-        ("wood", Some(wood_jerk.map(|j| 4.0 * j / 4.0).to_vec()), 3.6472),
-        ("wood", None, 3.3597),
-    ] {
-        let (waypoints, limits) = paper(name, jerk);
-        let found = fastest(&waypoints, &limits);
-        let ratio = certified(name, &waypoints, &limits, &found) / reference;
-        assert!((0.998..=1.0001).contains(&ratio), "{name}: {ratio} of the reference");
+    let mut han = [[0.9, 0.9, 2.0]; 6];
+    han[4] = [0.95, 0.9, 2.0];
+    han[5] = [1.0, 1.0, 2.0];
+    let mut wood = [[0.6, 0.8, 3.2]; 4];
+    wood[2] = [1.8, 2.4, 9.6];
+    wood[3] = [1.8, 2.4, 9.6];
+    let cases: [(&str, &mut [[f64; 3]], [f64; 2]); 2] =
+        [("mcb-ab", &mut han, [4.8803, 4.2605]), ("wood", &mut wood, [3.6472, 3.3597])];
+    for (name, rows, references) in cases {
+        for reference in references {
+            let (waypoints, limits) = paper(name, rows);
+            let found = fastest(&waypoints, &limits);
+            let ratio = certified(name, &waypoints, &limits, &found) / reference;
+            assert!((0.998..=1.0001).contains(&ratio), "{name}: {ratio} of the reference");
+            rows.iter_mut().for_each(|row| row[2] = f64::INFINITY);
+        }
     }
+}
+
+/// From rest to rest the fastest way is known in closed form: jerk, acceleration and
+/// speed at their limits in turn.
+#[test]
+fn two_waypoints_take_the_closed_form_time() {
+    // Way, limits, and the sum of the phases' durations.
+    for (way, limit, expected) in [
+        (0.1, [9.0, 9.0, 5.0], 4.0 * (0.1f64 / 10.0).cbrt()),
+        (1.0, [9.0, 1.0, 5.0], 0.2 + (0.04f64 + 4.0).sqrt()),
+        (2.0, [0.5, 1.0, 5.0], 4.0 + 0.5 + 0.2),
+        (2.0, [0.5, 1.0, f64::INFINITY], 4.0 + 0.5),
+        (0.5, [f64::INFINITY, f64::INFINITY, 4.0], 4.0 * (0.5f64 / 8.0).cbrt()),
+    ] {
+        let (waypoints, limits) = (vec![vec![3.0], vec![3.0 - way]], limits(&[limit]));
+        let found = fastest(&waypoints, &limits);
+        let duration = certified("two waypoints", &waypoints, &limits, &found);
+        assert!((duration / expected - 1.0).abs() < 1e-9, "{limit:?}: {duration}, not {expected}");
+    }
+}
+
+/// What makes planning hard: joints that never move, coincident coordinates, segments a thousand times
+/// shorter than others, limits spread over decades, limits missing.
+fn nasty(seed: u64) -> (Vec<Vec<f64>>, Vec<KernelLimits>) {
+    let mut random = RandomStream::new(41, seed);
+    let joints = 1 + (random.unit() * 9.0) as usize;
+    let count = 2 + (random.unit() * 11.0) as usize;
+    let (spread, missing) = (random.unit() < 0.5, random.unit() < 0.3);
+    let still: Vec<bool> = (0..joints).map(|joint| joint > 0 && random.unit() < 0.15).collect();
+    let mut waypoints: Vec<Vec<f64>> = vec![vec![0.3; joints]];
+    while waypoints.len() < count {
+        let scale = if random.unit() < 0.15 { 1e-3 } else { 1.0 };
+        let mut row = waypoints[waypoints.len() - 1].clone();
+        for (value, still) in row.iter_mut().zip(&still) {
+            if !still && random.unit() < 0.9 {
+                *value += scale * random.uniform(-1.5, 1.5);
+            }
+        }
+        if row != waypoints[waypoints.len() - 1] {
+            waypoints.push(row);
+        }
+    }
+    let mut limit = |typical: f64| {
+        let exponent = random.uniform(-1.0, 1.0) * if spread { 1.5 } else { 0.5 };
+        let gone = missing && random.unit() < 0.3;
+        if gone { f64::INFINITY } else { typical * 10f64.powf(exponent) }
+    };
+    let rows: Vec<[f64; 3]> = (0..joints).map(|_| [1.0, 4.0, 30.0].map(&mut limit)).collect();
+    (waypoints, limits(&rows))
+}
+
+/// The longest of the joints' closed-form times, segment by segment.
+fn stopping(waypoints: &[Vec<f64>], limits: &[KernelLimits]) -> f64 {
+    let legs = waypoints.windows(2);
+    legs.map(|leg| fastest(leg, limits).trajectory.duration()).sum()
+}
+
+#[test]
+fn no_random_problem_fails_or_is_slower_than_stopping() {
+    for seed in 0..60 {
+        let (waypoints, limits) = nasty(seed);
+        let found = fastest(&waypoints, &limits);
+        let name = format!("problem {seed}");
+        let duration = certified(&name, &waypoints, &limits, &found);
+        let stops = stopping(&waypoints, &limits);
+        assert!(duration <= stops * (1.0 + 1e-9), "{name}: {duration}, but {stops} with stops");
+        assert!(found.converged, "{name}");
+    }
+}
+
+#[test]
+fn long_lists_keep_moving() {
+    let mut random = RandomStream::new(7, 0);
+    let waypoints: Vec<Vec<f64>> =
+        (0..40).map(|_| (0..9).map(|_| random.uniform(-1.5, 1.5)).collect()).collect();
+    let limits = limits(&[[2.0, 6.0, 40.0]; 9]);
+    let found = fastest(&waypoints, &limits);
+    let duration = certified("a tour", &waypoints, &limits, &found);
+    assert!(duration < 0.9 * stopping(&waypoints, &limits), "{duration}");
+    assert!(found.converged && !found.stops);
+}
+
+/// A joint that turns round at a waypoint would pass it by; its position limit forbids that.
+#[test]
+fn position_limits_hold_between_waypoints() {
+    let waypoints = vec![vec![0.0, 0.0], vec![1.0, 1.0], vec![0.98, 2.0], vec![0.0, 3.0]];
+    let mut limits = limits(&[[1.0, 2.0, 10.0]; 2]);
+    let free = fastest(&waypoints, &limits);
+    limits[0].position = [0.0, 1.0];
+    let found = fastest(&waypoints, &limits);
+    let [highest, bounded] = [&free, &found].map(|found| {
+        certified("a turn", &waypoints, &limits, found);
+        let certificate = Certificate::new(&found.trajectory, &bounds(&limits), &[]);
+        certificate.joints[0].position.max
+    });
+    assert!(highest > 1.001, "the test is of no use: {highest}");
+    assert!(bounded <= 1.0 + 1e-9, "{bounded}");
+}
+
+#[test]
+fn results_repeat_on_any_thread() {
+    let (waypoints, limits) = nasty(3);
+    let alone = fastest(&waypoints, &limits).trajectory.sha256();
+    let (waypoints, limits) = (&waypoints, &limits);
+    thread::scope(|scope| {
+        let runs: Vec<_> = (0..4)
+            .map(|_| scope.spawn(|| fastest(waypoints, limits).trajectory.sha256()))
+            .collect();
+        for run in runs {
+            assert_eq!(run.join().unwrap(), alone);
+        }
+    });
 }

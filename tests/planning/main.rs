@@ -12,6 +12,7 @@ mod families;
 mod first_generations;
 mod golden;
 mod honesty;
+mod jerk_limited;
 mod kernel;
 mod limits;
 mod objectives;

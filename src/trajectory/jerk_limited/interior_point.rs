@@ -177,7 +177,13 @@ fn eliminate(matrix: &mut [f64], right: &mut [f64]) -> bool {
 }
 
 /// A part of the step: `primal` of the variables', `dual` of the inequalities' multipliers'.
-fn advance(problem: &Problem, old: &Iterate, work: &Work, [primal, dual]: [f64; 2], new: &mut Iterate) {
+fn advance(
+    problem: &Problem,
+    old: &Iterate,
+    work: &Work,
+    [primal, dual]: [f64; 2],
+    new: &mut Iterate,
+) {
     let k = problem.cells;
     let all = problem.segments * k;
     let steps = old.cells.iter().zip(&work.steps);

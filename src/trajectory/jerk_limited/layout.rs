@@ -7,8 +7,8 @@
 use crate::math::lanes::{Lanes, WIDTH};
 use crate::trajectory::kernel::KernelLimits;
 
-use super::profile::{Motion, Phase};
 use super::problem::{Cell, FREE, Group, Iterate, Problem};
+use super::profile::{Motion, Phase};
 
 /// How much slower than necessary the start is, so that it lies inside the limits.
 const EASE: f64 = 1.1;
@@ -32,7 +32,8 @@ pub fn rest_to_rest(ways: &[Vec<f64>], limits: &[KernelLimits]) -> Vec<f64> {
             .max(libm::sqrt(peak * way / acceleration))
             .max(libm::cbrt(60.0 * way / jerk))
     };
-    let slowest = |row: &Vec<f64>| row.iter().zip(limits).map(|(w, l)| of(*w, l)).fold(0.0, f64::max);
+    let slowest =
+        |row: &Vec<f64>| row.iter().zip(limits).map(|(w, l)| of(*w, l)).fold(0.0, f64::max);
     ways.iter().map(slowest).collect()
 }
 
@@ -70,10 +71,8 @@ fn scaled(limit: &KernelLimits, units: &Units, joint: usize) -> [f64; 3] {
 /// The optimum would have jumps of velocity there. Ramps that are short
 /// compared with any segment stand for them.
 pub fn effective(ways: &[Vec<f64>], limits: &[KernelLimits]) -> Vec<KernelLimits> {
-    let shortest = rest_to_rest(ways, limits)
-        .into_iter()
-        .filter(|h| *h > 0.0)
-        .fold(f64::INFINITY, f64::min);
+    let shortest =
+        rest_to_rest(ways, limits).into_iter().filter(|h| *h > 0.0).fold(f64::INFINITY, f64::min);
     let shortest = if shortest.is_finite() { shortest } else { 1.0 };
     let mut limits = limits.to_vec();
     for (joint, limit) in limits.iter_mut().enumerate() {
@@ -258,13 +257,7 @@ pub fn center(problem: &Problem, point: &mut Iterate, mu: f64) {
 }
 
 /// Duration of a cell, and velocity and acceleration where it starts.
-pub fn before(
-    problem: &Problem,
-    point: &Iterate,
-    group: usize,
-    c: usize,
-    lane: usize,
-) -> [f64; 3] {
+pub fn before(problem: &Problem, point: &Iterate, group: usize, c: usize, lane: usize) -> [f64; 3] {
     let all = problem.segments * problem.cells;
     let t = problem.shares[group * all + c].0[lane] * point.durations[c / problem.cells];
     if c == 0 {

@@ -34,11 +34,15 @@
 //!
 //! The solution misses the equalities by rounding and keeps the limits strictly. [`profile`] joins cells of
 //! equal jerk, restores the equalities, finds exact peaks and uses the limits exactly by the scaling law.
-//! No result is slower than [`stopping`] at every waypoint, which is always possible.
+//! No result is slower than [`stopping`] at every waypoint, which is always possible. That also takes the place
+//! of a result that leaves the position limits between waypoints: they are not yet in the programme.
 //!
 //! Long lists are planned in [`windows`].
 
-#![allow(missing_docs)]
+#![expect(
+    clippy::needless_range_loop,
+    reason = "rows and columns of matrices are known by their numbers"
+)]
 
 mod chain;
 mod interior_point;
@@ -57,6 +61,7 @@ use super::kernel::KernelLimits;
 /// A fastest trajectory.
 #[derive(Clone, Debug)]
 pub struct Fastest {
+    /// Cubic pieces (quadratic where jerk is free), within all limits.
     pub trajectory: Trajectory,
     /// When each waypoint is reached, s.
     pub times: Vec<f64>,
@@ -81,10 +86,17 @@ pub fn fastest(waypoints: &[Vec<f64>], limits: &[KernelLimits]) -> Fastest {
     best.stretch(best.ratio(&limits));
     let mut found = windows::plan(&ways, &limits);
     found.motion.stretch(found.motion.ratio(&limits));
-    let faster = found.motion.duration() < best.duration();
+    let faster =
+        found.motion.duration() < best.duration() && found.motion.within(waypoints, &limits);
     if faster {
         best = found.motion;
     }
     let (trajectory, times) = best.trajectory(waypoints);
-    Fastest { trajectory, times, iterations: found.iterations, converged: found.converged, stops: !faster }
+    Fastest {
+        trajectory,
+        times,
+        iterations: found.iterations,
+        converged: found.converged,
+        stops: !faster,
+    }
 }

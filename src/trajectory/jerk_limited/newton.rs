@@ -328,17 +328,22 @@ impl<S: Simd> Value<S> {
         let middle_t = middle[1] * share;
         let along_u = (t * lambda * (in_position * 2.0) + in_velocity * costate) * share;
         let along_v = lambda * share + wm * middle_t;
-        let along_a = (lambda * t + costate + (z[6] - z[7]) * in_middle) * share
-            + wm * middle_t * middle[0];
+        let along_a =
+            (lambda * t + costate + (z[6] - z[7]) * in_middle) * share + wm * middle_t * middle[0];
         let known = self.columns[0];
         let column = self.columns[own];
-        let slope = e[0] * known[0] + e[1] * known[1] + e[2] * known[2]
-            + pe[0] * miss[0] + pe[1] * miss[1]
+        let slope = e[0] * known[0]
+            + e[1] * known[1]
+            + e[2] * known[2]
+            + pe[0] * miss[0]
+            + pe[1] * miss[1]
             + (pull[6] - pull[7]) * middle_t
             + (pull[0] - pull[1]) * e[2]
             - jerk * (pull[0] + pull[1]);
         let along = e[0] * column[0] + e[1] * column[1] + e[2] * column[2];
-        let curvature = e[0] * pe[0] + e[1] * pe[1] + e[2] * pe[2]
+        let curvature = e[0] * pe[0]
+            + e[1] * pe[1]
+            + e[2] * pe[2]
             + along * 2.0
             + jerk * jerk * (w[0] * w[1] / moves.weight) * 4.0
             + wm * middle_t * middle_t
@@ -411,12 +416,7 @@ impl<S: Simd> Value<S> {
 
     /// Eliminates the multipliers of segment `i` before its start.
     #[inline(always)]
-    fn leave(
-        &mut self,
-        chain: &Chain<S>,
-        (i, active): (usize, usize),
-        stored: &mut [Elimination],
-    ) {
+    fn leave(&mut self, chain: &Chain<S>, (i, active): (usize, usize), stored: &mut [Elimination]) {
         let zero = chain.splat(0.0);
         let local = chain.segments + 1;
         for row in (local..active).rev() {
@@ -450,7 +450,13 @@ impl<S: Simd> Value<S> {
 
     /// The slope of the Lagrangian over the cell, and its costate before the cell.
     #[inline(always)]
-    fn lagrangian(&mut self, chain: &Chain<S>, view: &View<S>, barrier: &Barrier<S>, moves: &Moves<S>) {
+    fn lagrangian(
+        &mut self,
+        chain: &Chain<S>,
+        view: &View<S>,
+        barrier: &Barrier<S>,
+        moves: &Moves<S>,
+    ) {
         let View { share, t, .. } = *view;
         let Barrier { z, .. } = barrier;
         let [_, reach, jerk] = chain.limits.derivatives;
@@ -476,12 +482,7 @@ impl<S: Simd> Value<S> {
 /// Factorises the Newton system of one register of joints and adds what it says about
 /// the durations to `work`.
 #[inline(always)]
-pub fn backward<S: Simd>(
-    chain: &Chain<S>,
-    point: &Iterate,
-    work: &mut Work,
-    mu: f64,
-) -> Residuals {
+pub fn backward<S: Simd>(chain: &Chain<S>, point: &Iterate, work: &mut Work, mu: f64) -> Residuals {
     let (n, k, all, part) = (chain.segments, chain.cells, chain.all(), chain.part);
     let real = chain.limits.real;
     let stride = work.stride;

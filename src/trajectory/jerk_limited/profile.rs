@@ -15,6 +15,9 @@ const ALIKE: [f64; 2] = [1e-3, 1e-5];
 /// than this many seconds, become one.
 const TOGETHER: [f64; 2] = [1e-11, 3e-12];
 
+/// What rounding may add to a position limit, relative to it or to 1.
+const ROUNDING: f64 = 1e-10;
+
 /// Constant jerk for a while.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Phase {
@@ -30,12 +33,7 @@ impl Phase {
     /// Position, velocity and acceleration `t` after the start, and jerk.
     pub fn at(&self, t: f64) -> [f64; 4] {
         let [x, v, a, j] = self.state;
-        [
-            x + t * (v + t * (a / 2.0 + t * j / 6.0)),
-            v + t * (a + t * j / 2.0),
-            a + t * j,
-            j,
-        ]
+        [x + t * (v + t * (a / 2.0 + t * j / 6.0)), v + t * (a + t * j / 2.0), a + t * j, j]
     }
 
     /// Largest magnitudes of velocity, acceleration and jerk.
@@ -48,6 +46,25 @@ impl Phase {
             speed = speed.max((v - a * a / (2.0 * j)).abs());
         }
         [speed, a.abs().max(a1.abs()), j.abs()]
+    }
+
+    /// Smallest and largest position.
+    pub fn range(&self) -> [f64; 2] {
+        let [x, v, a, j] = self.state;
+        let end = self.at(self.length)[0];
+        let mut range = [x.min(end), x.max(end)];
+        // Position turns at the roots of v + a t + j t²/2, in the form that does not cancel.
+        let discriminant = a * a - 2.0 * j * v;
+        if discriminant >= 0.0 {
+            let q = -(a + libm::copysign(libm::sqrt(discriminant), a));
+            for t in [2.0 * v / q, q / j] {
+                if t > 0.0 && t < self.length {
+                    let [x, ..] = self.at(t);
+                    range = [range[0].min(x), range[1].max(x)];
+                }
+            }
+        }
+        range
     }
 
     /// The same motion `factor` times as slow.
@@ -126,6 +143,21 @@ impl Motion {
         ratio
     }
 
+    /// Whether all positions stay within their limits, up to rounding.
+    pub fn within(&self, waypoints: &[Vec<f64>], limits: &[KernelLimits]) -> bool {
+        let inside = |joint: usize, segment: usize, phase: &Phase| {
+            let [lower, upper] = limits[joint].position;
+            let slack = |limit: f64| ROUNDING * limit.abs().max(1.0);
+            let [least, most] = phase.range().map(|x| x + waypoints[segment][joint]);
+            least >= lower - slack(lower) && most <= upper + slack(upper)
+        };
+        self.phases.iter().enumerate().all(|(joint, segments)| {
+            let all = segments.iter().enumerate();
+            all.flat_map(|(segment, phases)| phases.iter().map(move |phase| (segment, phase)))
+                .all(|(segment, phase)| inside(joint, segment, phase))
+        })
+    }
+
     /// The same motion `factor` times as slow.
     pub fn stretch(&mut self, factor: f64) {
         self.durations.iter_mut().for_each(|h| *h *= factor);
@@ -143,14 +175,15 @@ impl Motion {
             let mut now = vec![0usize; self.phases.len()];
             for pair in cuts.windows(2) {
                 let middle = 0.5 * (pair[0] + pair[1]);
-                let piece = self.phases.iter().zip(&mut now).enumerate().map(|(joint, (segments, now))| {
-                    let phases = &segments[segment];
-                    while *now + 1 < phases.len() && phases[*now + 1].start <= middle {
-                        *now += 1;
-                    }
-                    let [x, v, a, j] = phases[*now].at(pair[0] - phases[*now].start);
-                    vec![waypoints[segment][joint] + x, v, a / 2.0, j / 6.0]
-                });
+                let piece =
+                    self.phases.iter().zip(&mut now).enumerate().map(|(joint, (segments, now))| {
+                        let phases = &segments[segment];
+                        while *now + 1 < phases.len() && phases[*now + 1].start <= middle {
+                            *now += 1;
+                        }
+                        let [x, v, a, j] = phases[*now].at(pair[0] - phases[*now].start);
+                        vec![waypoints[segment][joint] + x, v, a / 2.0, j / 6.0]
+                    });
                 pieces.push(piece.collect());
                 breakpoints.push(start + pair[1]);
             }
@@ -243,7 +276,8 @@ impl Course {
         let (mut x, mut start) = (0.0, 0.0);
         for (&length, &end) in self.lengths.iter().zip(&self.accelerations) {
             let jerk = if self.smooth { (end - a) / length } else { 0.0 };
-            let phase = Phase { start, length, state: [x, v, if self.smooth { a } else { end }, jerk] };
+            let phase =
+                Phase { start, length, state: [x, v, if self.smooth { a } else { end }, jerk] };
             [x, v, _, _] = phase.at(length);
             a = end;
             start += length;
@@ -277,8 +311,8 @@ impl Course {
                 let (position, velocity, bump) = if self.smooth {
                     let next = self.lengths[q + 1];
                     let u = passed / total;
-                    let position = t * (t / 6.0 + rest / 2.0)
-                        + next * (next / 3.0 + (rest - next) / 2.0);
+                    let position =
+                        t * (t / 6.0 + rest / 2.0) + next * (next / 3.0 + (rest - next) / 2.0);
                     let bump = u * (1.0 - u);
                     (position, (t + next) / 2.0, [bump, bump * (1.0 - 2.0 * u)])
                 } else {
@@ -324,5 +358,8 @@ pub fn motion(problem: &Problem, point: &Iterate, units: &Units) -> Motion {
         };
         (0..n).map(segment).collect()
     });
-    Motion { phases: phases.collect(), durations: point.durations.iter().map(|h| h * units.time).collect() }
+    Motion {
+        phases: phases.collect(),
+        durations: point.durations.iter().map(|h| h * units.time).collect(),
+    }
 }

@@ -36,7 +36,15 @@ pub fn refine(problem: &Problem, point: &Iterate, cells: usize, mu: f64) -> (Pro
                     let to = (group * n + segment) * cells + q;
                     let from = (group * n + segment) * k + slice.parent;
                     shares[to].0[lane] = problem.shares[from].0[lane] * (slice.to - slice.from);
-                    copy(problem, point, group, segment * k + slice.parent, lane, slice, &mut fine[to]);
+                    copy(
+                        problem,
+                        point,
+                        group,
+                        segment * k + slice.parent,
+                        lane,
+                        slice,
+                        &mut fine[to],
+                    );
                 }
             }
         }
@@ -96,7 +104,12 @@ fn cut(
             acceleration.min(velocity / t)
         };
         let relative = turn / most;
-        slices.push(Slice { parent: q, from: 0.0, to: 1.0, gain: (relative + 1e-3) * share * share });
+        slices.push(Slice {
+            parent: q,
+            from: 0.0,
+            to: 1.0,
+            gain: (relative + 1e-3) * share * share,
+        });
         (previous, this) = (this, next);
     }
     // The middle of the first cell is not held to the speed limit, so its parts might pass it.
@@ -139,7 +152,11 @@ fn copy(
         }
     } else {
         let [t, v, a] = before(problem, point, group, c, lane);
-        let x = if c.is_multiple_of(problem.cells) { 0.0 } else { point.cells[group * all + c - 1].s[0].0[lane] };
+        let x = if c.is_multiple_of(problem.cells) {
+            0.0
+        } else {
+            point.cells[group * all + c - 1].s[0].0[lane]
+        };
         let end = old.s[2].0[lane];
         let u = slice.to * t;
         if problem.groups[group].smooth.0[lane] > 0.0 {

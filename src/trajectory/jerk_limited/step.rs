@@ -56,11 +56,7 @@ pub fn forward<S: Simd>(chain: &Chain<S>, work: &mut Work, mu: f64) -> Outlook {
             state = end;
         }
     }
-    Outlook {
-        slack: found[0].largest(),
-        multiplier: found[1].largest(),
-        shares: total(found[2]),
-    }
+    Outlook { slack: found[0].largest(), multiplier: found[1].largest(), shares: total(found[2]) }
 }
 
 /// New multipliers of segment `i`, where its first state's step is `state`.

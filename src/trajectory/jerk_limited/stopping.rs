@@ -10,9 +10,8 @@ use super::profile::{Motion, Phase};
 /// Where no limit of acceleration or jerk exists, `limits` must hold a finite one instead.
 fn rest_to_rest(way: f64, limits: [f64; 3]) -> [f64; 3] {
     let [velocity, acceleration, jerk] = limits;
-    let ramp = libm::cbrt(way / (2.0 * jerk))
-        .min(libm::sqrt(velocity / jerk))
-        .min(acceleration / jerk);
+    let ramp =
+        libm::cbrt(way / (2.0 * jerk)).min(libm::sqrt(velocity / jerk)).min(acceleration / jerk);
     // Speed gained is `a (ramp + hold)`, way `a (ramp + hold) (2 ramp + hold)`.
     if ramp < acceleration / jerk {
         let speed = jerk * ramp * ramp;
@@ -76,7 +75,9 @@ pub fn stopping(ways: &[Vec<f64>], limits: &[KernelLimits]) -> Motion {
     };
     let durations: Vec<f64> = ways.iter().map(duration).collect();
     let joint = |joint: usize| {
-        let segment = |(row, length): (&Vec<f64>, &f64)| phases(row[joint], *length, limits[joint].derivatives);
+        let segment = |(row, length): (&Vec<f64>, &f64)| {
+            phases(row[joint], *length, limits[joint].derivatives)
+        };
         ways.iter().zip(&durations).map(segment).collect()
     };
     Motion { phases: (0..limits.len()).map(joint).collect(), durations }

@@ -132,11 +132,15 @@ fn attempt(
             if stage > 0 {
                 (problem, point) = refine(&problem, &point, cells[stage], BARRIER[stage]);
             }
-            let outcome = solve(&problem, &mut point, &Settings {
-                barrier: [barrier[stage], barrier[stage + 1]],
-                primal: if stage + 1 < cells.len() { 1e-6 } else { 1e-9 },
-                iterations: STEPS[stage],
-            });
+            let outcome = solve(
+                &problem,
+                &mut point,
+                &Settings {
+                    barrier: [barrier[stage], barrier[stage + 1]],
+                    primal: if stage + 1 < cells.len() { 1e-6 } else { 1e-9 },
+                    iterations: STEPS[stage],
+                },
+            );
             steps += outcome.iterations;
             if !outcome.converged {
                 break;
