@@ -97,6 +97,6 @@ pub fn fastest(waypoints: &[Vec<f64>], limits: &[KernelLimits]) -> Fastest {
         times,
         iterations: found.iterations,
         converged: found.converged,
-        stops: !faster,
+        stops: !faster && ways.len() > 1,
     }
 }
