@@ -1,6 +1,6 @@
 //! Timed motion: trajectories, interpolations, timing and certificates.
 
-mod bound;
+pub mod bound;
 mod certificate;
 mod curve;
 mod export;

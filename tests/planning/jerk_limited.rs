@@ -226,3 +226,15 @@ fn results_repeat_on_any_thread() {
         }
     });
 }
+
+#[test]
+fn zz_bounds() {
+    let problems: Vec<Value> =
+        serde_json::from_str(include_str!("../data/random_problems.json")).unwrap();
+    for value in &problems {
+        let (waypoints, limits) = problem(value);
+        let found = fastest(&waypoints, &limits);
+        let d = found.trajectory.duration();
+        println!("{} {d:.5} {:.5} {:.3} %", value["name"], found.lower, 100.0 * (d / found.lower - 1.0));
+    }
+}

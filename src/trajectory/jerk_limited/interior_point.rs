@@ -54,8 +54,10 @@ const GAIN: f64 = 1e-5;
 const HALVINGS: [usize; 2] = [8, 30];
 
 /// How a solution ended.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Outcome {
+    /// The Lagrangian's slopes at the end, see [`Work::prices`].
+    pub prices: Vec<[Lanes; 3]>,
     /// Newton steps taken.
     pub iterations: usize,
     /// Whether the last barrier problem was solved.
@@ -338,9 +340,9 @@ pub fn solve(problem: &Problem, point: &mut Iterate, settings: &Settings) -> Out
     for iterations in 0..=settings.iterations {
         let residuals = run.factorise(point);
         let Residuals { dual, primal, sum, product } = residuals;
-        let failed = Outcome { iterations, converged: false };
+        let failed = |run: Run| Outcome { prices: run.work.prices, iterations, converged: false };
         if !(sum.is_finite() && dual.is_finite()) {
-            return failed;
+            return failed(run);
         }
         if iterations == 0 {
             run.scale = sum.max(1.0);
@@ -349,15 +351,15 @@ pub fn solve(problem: &Problem, point: &mut Iterate, settings: &Settings) -> Out
             if run.mu > end {
                 run.lower(point, end);
             } else if primal <= settings.primal || polish == 0 {
-                return Outcome { iterations, converged: true };
+                return Outcome { prices: run.work.prices, iterations, converged: true };
             } else {
                 polish -= 1;
             }
         }
         let last = iterations == settings.iterations;
         if last || !couple(&mut run.work, &point.durations) || !run.search(point, &mut next, sum) {
-            return failed;
+            return failed(run);
         }
     }
-    Outcome { iterations: settings.iterations, converged: false }
+    Outcome { prices: run.work.prices, iterations: settings.iterations, converged: false }
 }

@@ -60,6 +60,9 @@ pub struct Work {
     pub slope: Vec<f64>,
     /// The Lagrangian's slope over durations, without the objective.
     pub gradient: Vec<f64>,
+    /// Per joint and segment, `[group * segments + segment]`: the Lagrangian's slope over its duration,
+    /// and over velocity and acceleration where the segment starts.
+    pub prices: Vec<[Lanes; 3]>,
     /// Steps of the cells.
     pub steps: Vec<Cell>,
     /// Steps of the durations.
@@ -85,6 +88,7 @@ impl Work {
             curvature: vec![0.0; n * n],
             slope: vec![0.0; n],
             gradient: vec![0.0; n],
+            prices: vec![[zero; 3]; n * groups],
             steps: vec![Cell::ZERO; cells],
             durations: vec![0.0; n],
             lambda: vec![zero; n * groups],
@@ -505,6 +509,12 @@ pub fn backward<S: Simd>(chain: &Chain<S>, point: &Iterate, work: &mut Work, mu:
             moves.e[2].store(&mut gain.lean, part);
         }
         work.gradient[i] += total(value.gradient * real);
+        let prices = &mut work.prices[chain.group * n + i];
+        let [_, along_velocity, along_acceleration] = value.costate;
+        let slopes = [value.gradient, along_velocity, along_acceleration];
+        for (slope, slot) in slopes.into_iter().zip(prices) {
+            slope.store(slot, part);
+        }
         let first = (chain.group * n + i) * 3;
         value.leave(chain, (i, active), &mut work.eliminations[first..first + 3]);
     }

@@ -5,10 +5,12 @@
 //! with at least [`AHEAD`] segments behind it, and whatever is kept can always go on: at
 //! worst as the window that it came from.
 
+use crate::math::lanes::{Lanes, WIDTH};
+use crate::trajectory::bound::lagrangian::Prices;
 use crate::trajectory::kernel::KernelLimits;
 
 use super::interior_point::{Settings, solve};
-use super::layout::{follow, pose};
+use super::layout::{Units, follow, pose};
 use super::newton::MAX_SEGMENTS;
 use super::profile::{Motion, motion};
 use super::refine::refine;
@@ -44,19 +46,47 @@ pub struct Planned {
     pub motion: Motion,
     pub iterations: usize,
     pub converged: bool,
+    /// Multipliers of the programmes solved.
+    pub prices: Prices,
+}
+
+/// Multipliers in seconds, rad and m.
+fn prices(slopes: &[[Lanes; 3]], units: &Units, segments: usize) -> Prices {
+    let at = |segment: usize, joint: usize| &slopes[joint / WIDTH * segments + segment];
+    let lane = |joint: usize| joint % WIDTH;
+    let joints = 0..units.length.len();
+    let rate = |segment: usize| {
+        let raw = |joint: usize| -at(segment, joint)[0].0[lane(joint)];
+        let sum: f64 = joints.clone().map(raw).sum();
+        // They sum to one up to what the last step left.
+        joints.clone().map(|joint| raw(joint) / sum).collect()
+    };
+    let state = |segment: usize| {
+        let one = |joint: usize| {
+            let per_speed = units.time * units.time / units.length[joint];
+            let [_, v, a] = at(segment, joint).map(|slope| slope.0[lane(joint)]);
+            [-v * per_speed, -a * per_speed * units.time]
+        };
+        joints.clone().map(one).collect()
+    };
+    Prices {
+        rates: (0..segments).map(rate).collect(),
+        states: (0..segments).map(state).collect(),
+    }
 }
 
 /// The fastest motion found along `ways[segment][joint]`, from rest to rest.
 pub fn plan(ways: &[Vec<f64>], limits: &[KernelLimits]) -> Planned {
     if ways.len() == 1 {
         // The closed form is the optimum.
-        return Planned { motion: stopping(ways, limits), iterations: 0, converged: true };
+        return Planned { motion: stopping(ways, limits), iterations: 0, converged: true, prices: Prices::default() };
     }
     let rest = vec![[0.0; 2]; limits.len()];
     let mut all = Planned {
         motion: Motion { durations: vec![], phases: vec![vec![]; limits.len()] },
         iterations: 0,
         converged: true,
+        prices: Prices::default(),
     };
     let mut states = rest.clone();
     // What the last window planned beyond what was kept of it.
@@ -67,9 +97,11 @@ pub fn plan(ways: &[Vec<f64>], limits: &[KernelLimits]) -> Planned {
         let window = &ways[first..last];
         let (found, iterations) = attempt(window, limits, &states, ahead.as_ref());
         all.iterations += iterations;
+        let mut window_prices = None;
         let motion = match (found, ahead.take()) {
-            (Some((found, converged)), _) => {
+            (Some((found, converged, found_prices)), _) => {
                 all.converged &= converged;
+                window_prices = Some(found_prices);
                 found
             }
             (None, Some(planned)) => {
@@ -86,6 +118,12 @@ pub fn plan(ways: &[Vec<f64>], limits: &[KernelLimits]) -> Planned {
         let (kept_part, others) = motion.split(kept);
         states = if kept == planned { rest.clone() } else { kept_part.end() };
         ahead = (kept < planned).then_some(others);
+        let some = window_prices.unwrap_or_else(|| Prices {
+            rates: vec![vec![1.0 / limits.len() as f64; limits.len()]; planned],
+            states: vec![vec![[0.0; 2]; limits.len()]; planned],
+        });
+        all.prices.rates.extend(some.rates.into_iter().take(kept));
+        all.prices.states.extend(some.states.into_iter().take(kept));
         all.motion.append(kept_part);
         first += kept;
     }
@@ -118,8 +156,9 @@ fn attempt(
     limits: &[KernelLimits],
     states: &[[f64; 2]],
     guess: Option<&Motion>,
-) -> (Option<(Motion, bool)>, usize) {
+) -> (Option<(Motion, bool, Prices)>, usize) {
     let mut best: Option<Motion> = None;
+    let mut priced = Prices::default();
     let rests = states.iter().flatten().all(|value| *value == 0.0);
     let bound = if rests { stopping(ways, limits).duration() } else { f64::INFINITY };
     let mut steps = 0;
@@ -156,14 +195,15 @@ fn attempt(
             let lawful = found.ratio(limits) <= 1.0 + NEARLY_LAWFUL;
             if lawful && best.as_ref().is_none_or(|best| found.duration() < best.duration()) {
                 best = Some(found);
+                priced = prices(&outcome.prices, &units, ways.len());
             }
             solved += 1;
         }
         // What is no faster than stopping everywhere is a poor local optimum.
         let fast = best.as_ref().is_some_and(|best| best.duration() < bound);
         if solved >= ENOUGH && fast {
-            return (best.map(|best| (best, true)), steps);
+            return (best.map(|best| (best, true, priced)), steps);
         }
     }
-    (best.map(|best| (best, false)), steps)
+    (best.map(|best| (best, false, priced)), steps)
 }

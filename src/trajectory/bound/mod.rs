@@ -1,5 +1,8 @@
 //! A proven lower bound on the duration of any lawful trajectory.
 
+pub mod lagrangian;
+mod segment;
+
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
