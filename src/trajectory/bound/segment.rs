@@ -76,8 +76,6 @@ pub struct Case {
     /// Limits of velocity, acceleration and jerk. Velocity's is finite; prices on acceleration count
     /// only where jerk's is.
     pub limits: [f64; 3],
-    /// What a second costs.
-    pub rate: f64,
     /// What velocity and acceleration cost at the start: s per rad/s and per rad/s².
     pub enter: [f64; 2],
     /// What they give back at the end.
@@ -100,6 +98,20 @@ pub struct Minorant {
 }
 
 impl Minorant {
+    /// What all joints pay, and the time itself; all made for the same duration.
+    pub fn sum(joints: &[Self]) -> Self {
+        let duration = joints.first().map_or(0.0, |joint| joint.duration);
+        let mut sum = Self { duration, linear: duration, ..Self::default() };
+        for joint in joints {
+            sum.fixed += joint.fixed;
+            sum.linear += joint.linear;
+            sum.inverse += joint.inverse;
+            sum.square += joint.square;
+            sum.kink += joint.kink;
+        }
+        sum
+    }
+
     /// The bound at a duration.
     pub fn at(&self, duration: f64) -> f64 {
         let r = duration / self.duration;
@@ -182,7 +194,7 @@ pub fn minorants(cases: &[Case]) -> Vec<Minorant> {
             let mut minorant = Minorant {
                 duration: h,
                 fixed: -h * velocity,
-                linear: h * case.rate,
+                linear: 0.0,
                 inverse: h * lambda,
                 ..Minorant::default()
             };

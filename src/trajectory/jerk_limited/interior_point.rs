@@ -57,7 +57,7 @@ const HALVINGS: [usize; 2] = [8, 30];
 #[derive(Clone, Debug)]
 pub struct Outcome {
     /// The Lagrangian's slopes at the end, see [`Work::prices`].
-    pub prices: Vec<[Lanes; 3]>,
+    pub prices: Vec<[Lanes; 2]>,
     /// Newton steps taken.
     pub iterations: usize,
     /// Whether the last barrier problem was solved.

@@ -60,9 +60,9 @@ pub struct Work {
     pub slope: Vec<f64>,
     /// The Lagrangian's slope over durations, without the objective.
     pub gradient: Vec<f64>,
-    /// Per joint and segment, `[group * segments + segment]`: the Lagrangian's slope over its duration,
-    /// and over velocity and acceleration where the segment starts.
-    pub prices: Vec<[Lanes; 3]>,
+    /// The Lagrangian's slope over velocity and acceleration where a segment starts:
+    /// `[group * segments + segment]`.
+    pub prices: Vec<[Lanes; 2]>,
     /// Steps of the cells.
     pub steps: Vec<Cell>,
     /// Steps of the durations.
@@ -88,7 +88,7 @@ impl Work {
             curvature: vec![0.0; n * n],
             slope: vec![0.0; n],
             gradient: vec![0.0; n],
-            prices: vec![[zero; 3]; n * groups],
+            prices: vec![[zero; 2]; n * groups],
             steps: vec![Cell::ZERO; cells],
             durations: vec![0.0; n],
             lambda: vec![zero; n * groups],
@@ -510,9 +510,7 @@ pub fn backward<S: Simd>(chain: &Chain<S>, point: &Iterate, work: &mut Work, mu:
         }
         work.gradient[i] += total(value.gradient * real);
         let prices = &mut work.prices[chain.group * n + i];
-        let [_, along_velocity, along_acceleration] = value.costate;
-        let slopes = [value.gradient, along_velocity, along_acceleration];
-        for (slope, slot) in slopes.into_iter().zip(prices) {
+        for (slope, slot) in value.costate[1..].iter().zip(prices) {
             slope.store(slot, part);
         }
         let first = (chain.group * n + i) * 3;

@@ -51,28 +51,16 @@ pub struct Planned {
 }
 
 /// Multipliers in seconds, rad and m.
-fn prices(slopes: &[[Lanes; 3]], units: &Units, segments: usize) -> Prices {
-    let at = |segment: usize, joint: usize| &slopes[joint / WIDTH * segments + segment];
-    let lane = |joint: usize| joint % WIDTH;
-    let joints = 0..units.length.len();
-    let rate = |segment: usize| {
-        let raw = |joint: usize| -at(segment, joint)[0].0[lane(joint)];
-        let sum: f64 = joints.clone().map(raw).sum();
-        // They sum to one up to what the last step left.
-        joints.clone().map(|joint| raw(joint) / sum).collect()
+fn prices(slopes: &[[Lanes; 2]], units: &Units, segments: usize) -> Prices {
+    let one = |segment: usize, joint: usize| {
+        let slope = &slopes[joint / WIDTH * segments + segment];
+        let [v, a] = slope.map(|slope| slope.0[joint % WIDTH]);
+        let per_speed = units.time * units.time / units.length[joint];
+        [-v * per_speed, -a * per_speed * units.time]
     };
-    let state = |segment: usize| {
-        let one = |joint: usize| {
-            let per_speed = units.time * units.time / units.length[joint];
-            let [_, v, a] = at(segment, joint).map(|slope| slope.0[lane(joint)]);
-            [-v * per_speed, -a * per_speed * units.time]
-        };
-        joints.clone().map(one).collect()
-    };
-    Prices {
-        rates: (0..segments).map(rate).collect(),
-        states: (0..segments).map(state).collect(),
-    }
+    let joints = units.length.len();
+    let row = |segment: usize| (0..joints).map(|joint| one(segment, joint)).collect();
+    (0..segments).map(row).collect()
 }
 
 /// The fastest motion found along `ways[segment][joint]`, from rest to rest.
@@ -118,12 +106,8 @@ pub fn plan(ways: &[Vec<f64>], limits: &[KernelLimits]) -> Planned {
         let (kept_part, others) = motion.split(kept);
         states = if kept == planned { rest.clone() } else { kept_part.end() };
         ahead = (kept < planned).then_some(others);
-        let some = window_prices.unwrap_or_else(|| Prices {
-            rates: vec![vec![1.0 / limits.len() as f64; limits.len()]; planned],
-            states: vec![vec![[0.0; 2]; limits.len()]; planned],
-        });
-        all.prices.rates.extend(some.rates.into_iter().take(kept));
-        all.prices.states.extend(some.states.into_iter().take(kept));
+        let unpriced = || vec![vec![[0.0; 2]; limits.len()]; planned];
+        all.prices.extend(window_prices.unwrap_or_else(unpriced).into_iter().take(kept));
         all.motion.append(kept_part);
         first += kept;
     }
