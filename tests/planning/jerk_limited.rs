@@ -235,6 +235,11 @@ fn zz_bounds() {
         let (waypoints, limits) = problem(value);
         let found = fastest(&waypoints, &limits);
         let d = found.trajectory.duration();
-        println!("{} {d:.5} {:.5} {:.3} %", value["name"], found.lower, 100.0 * (d / found.lower - 1.0));
+        println!(
+            "{} {d:.5} {:.5} {:.3} %",
+            value["name"],
+            found.lower,
+            100.0 * (d / found.lower - 1.0)
+        );
     }
 }

@@ -1,7 +1,7 @@
 //! A proven lower bound on the duration of any lawful trajectory.
 
-pub mod lagrangian;
-mod segment;
+pub mod decomposition;
+pub mod payment;
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;

@@ -56,7 +56,7 @@ mod stopping;
 mod windows;
 
 use super::Trajectory;
-use super::bound::lagrangian::bound;
+use super::bound::decomposition::decomposed;
 use super::kernel::KernelLimits;
 
 /// A fastest trajectory.
@@ -102,7 +102,7 @@ pub fn fastest(waypoints: &[Vec<f64>], limits: &[KernelLimits]) -> Fastest {
     let lower = if ways.len() == 1 {
         durations[0]
     } else {
-        bound(&ways, &rows, &durations, &found.prices)
+        decomposed(&ways, &rows, &durations, &found.prices)
     };
     Fastest {
         trajectory,

@@ -6,7 +6,7 @@
 //! worst as the window that it came from.
 
 use crate::math::lanes::{Lanes, WIDTH};
-use crate::trajectory::bound::lagrangian::Prices;
+use crate::trajectory::bound::decomposition::Prices;
 use crate::trajectory::kernel::KernelLimits;
 
 use super::interior_point::{Settings, solve};
@@ -67,7 +67,12 @@ fn prices(slopes: &[[Lanes; 2]], units: &Units, segments: usize) -> Prices {
 pub fn plan(ways: &[Vec<f64>], limits: &[KernelLimits]) -> Planned {
     if ways.len() == 1 {
         // The closed form is the optimum.
-        return Planned { motion: stopping(ways, limits), iterations: 0, converged: true, prices: Prices::default() };
+        return Planned {
+            motion: stopping(ways, limits),
+            iterations: 0,
+            converged: true,
+            prices: Prices::default(),
+        };
     }
     let rest = vec![[0.0; 2]; limits.len()];
     let mut all = Planned {

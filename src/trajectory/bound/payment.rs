@@ -1,38 +1,46 @@
-//! A lower bound on what one joint pays for one segment.
+//! A lower bound on what one joint pays for one segment of given duration.
 //!
-//! The joint pays `rate` per second of the segment's duration `h`, `p · s` for the state
-//! `s = (v, a)` in which it enters and gets back `p' · s'` for the one in which it leaves. For a given
-//! `h` the least payment is a linear programme in infinitely many variables. We relax it to
-//! finitely many: the cells' mean velocities `w_k` and the scaled mean accelerations
-//! `m_k = w_k - w_(k-1)` between their centres. A mean is within the limits of what it is a mean of, so
+//! The joint pays `p · s` for the state `s = (v, a)` in which it enters and gets back `p' · s'` for the one in which
+//! it leaves. The least payment over all lawful curves is a linear programme in infinitely many variables. We relax it to
+//! finitely many: the segment is divided into cells of length `T`, the variables are their mean velocities `w_k`, the
+//! mean accelerations `m_k` (times `T`) from one cell's centre to the next, and the states at the ends. A mean is
+//! within the limits of what it is a mean of, so that
 //!
 //! ```text
-//! |w_k| <= V,   |m_k| <= A T,   |m_(k+1) - m_k| <= J T²,   sum w_k = D / T
+//! |w_k| <= V,   m_k = w_k - w_(k-1),   |m_k| <= A T,   |m_(k+1) - m_k| <= J T²,   sum w_k = D / T
 //! ```
 //!
-//! hold for every lawful curve, not only for some family; at the ends the same with half cells, see [`STEP`].
-//! Any multipliers then give a lower bound, however they were found: an interior point method
-//! finds good ones, `Minorant` evaluates them exactly. `docs/BOUND.md` has the proof.
+//! hold for every lawful curve; at the ends the same holds for half cells, see [`weight`] and [`reach`].
+//!
+//! Any multipliers of this finite programme give a lower bound, however they were found. An
+//! interior point method finds good ones for eight cases at a time, [`Minorant`] holds
+//! what they prove, also of other durations.
 
 use pulp::{Arch, WithSimd};
 
 use crate::math::lanes::{Lanes, Mask, Simd, Vector, WIDTH, registers};
 
 /// Cells of equal length into which a segment is divided.
-const CELLS: usize = 20;
+const CELLS: usize = 32;
 
 /// Steps from the state at the start to that at the end: half a cell, `CELLS - 1` from centre
 /// to centre, half a cell, and one that only acceleration takes.
 const STEPS: usize = CELLS + 2;
 
+/// The last step.
+const LAST: usize = STEPS - 1;
+
 /// Interior point iterations.
-const ITERATIONS: usize = 14;
+const ITERATIONS: usize = 12;
 
 /// Barrier parameter at the start, in units of the segment's duration.
 const BARRIER: f64 = 0.1;
 
+/// The barrier parameter at the end at least.
+const LAST_BARRIER: f64 = 1e-7;
+
 /// By what the barrier parameter falls in an iteration.
-const FALL: f64 = 0.25;
+const FALL: f64 = 0.2;
 
 /// How much of the way to the nearest limit a step may go.
 const NEAR: f64 = 0.99;
@@ -41,19 +49,17 @@ const NEAR: f64 = 0.99;
 const fn weight(step: usize) -> f64 {
     match step {
         0 | CELLS => 0.5,
-        STEP_LAST => 0.0,
+        LAST => 0.0,
         _ => 1.0,
     }
 }
-
-const STEP_LAST: usize = CELLS + 1;
 
 /// By how much two neighbouring mean accelerations may differ, in `J T`: the distance of the centroids
 /// of what they are means over, in cells. At the ends they are triangles over half
 /// the width, whose centroids lie at a third of a cell, and the state itself.
 const fn reach(step: usize) -> f64 {
     match step {
-        0 | STEP_LAST => 1.0 / 3.0,
+        0 | LAST => 1.0 / 3.0,
         1 | CELLS => 2.0 / 3.0,
         _ => 1.0,
     }
@@ -84,8 +90,21 @@ pub struct Case {
     pub from_rest: bool,
 }
 
-/// A lower bound on the payment for durations near one:
-/// `fixed + per_second h0 r + inverse / r - square r² - kink |r - 1|` at `h = r h0`.
+impl Case {
+    /// The same for a joint that ends at rest, with time running backwards: its way and
+    /// velocities change sign, accelerations do not.
+    pub fn backwards(&self) -> Self {
+        let [v, a] = self.enter;
+        let (way, enter, leave) = (-self.way, [0.0; 2], [v, -a]);
+        Self { way, enter, leave, from_rest: true, ..*self }
+    }
+}
+
+/// A lower bound on the payment for any duration `h = r h0`, good near the one it was made for:
+/// `fixed + linear r + inverse / r - square r² - kink |r - 1|`.
+///
+/// The multipliers of the way, of velocity, of acceleration and of jerk limits stay the same in units that scale
+/// with `h`; only prices on acceleration do not fit any more, by `kink`.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Minorant {
     /// The duration `h0` for which it was made, s.
@@ -187,30 +206,22 @@ pub fn minorants(cases: &[Case]) -> Vec<Minorant> {
         for (lane, case) in chunk.iter().enumerate() {
             let [lambda, velocity, acceleration, jerk] = values.map(|v| v.0[lane]);
             let h = case.duration;
-            let prices = |e: usize| {
-                case.leave[e].abs() + if case.from_rest { 0.0 } else { case.enter[e].abs() }
-            };
-            let [_, has_acceleration, has_jerk] = case.limits.map(f64::is_finite);
+            let entered = if case.from_rest { 0.0 } else { case.enter[1].abs() };
             let mut minorant = Minorant {
                 duration: h,
                 fixed: -h * velocity,
-                linear: 0.0,
                 inverse: h * lambda,
                 ..Minorant::default()
             };
-            // What stands for a limit that does not exist scales with the next that does.
-            if has_acceleration {
-                minorant.linear -= h * acceleration;
-            } else {
-                minorant.fixed -= h * acceleration;
-            }
+            // What stands for a limit that does not exist scales as the next that does.
+            let [_, has_acceleration, has_jerk] = case.limits.map(f64::is_finite);
+            let slower = if has_acceleration { &mut minorant.linear } else { &mut minorant.fixed };
+            *slower -= h * acceleration;
             if has_jerk {
                 minorant.square = h * jerk;
-                minorant.kink = case.limits[1] * prices(1);
-            } else if has_acceleration {
-                minorant.linear -= h * jerk;
+                minorant.kink = case.limits[1] * (entered + case.leave[1].abs());
             } else {
-                minorant.fixed -= h * jerk;
+                *slower -= h * jerk;
             }
             all.push(minorant);
         }
@@ -325,9 +336,9 @@ impl<S: Simd> Programme<S> {
             + self.enter[0].abs()
             + (self.leave[1].abs() + self.enter[1].abs()) * self.acceleration;
         for _ in 0..ITERATIONS {
-            mu *= FALL;
-            let steps = self.newton(point, missing, mu.max(1e-7));
-            missing = self.advance(point, &steps, missing, mu.max(1e-7));
+            mu = (mu * FALL).max(LAST_BARRIER);
+            let steps = self.newton(point, missing, mu);
+            missing = self.advance(point, &steps, missing, mu);
             let value = self.value(point);
             let [old, new] = [total(best), total(value)];
             // Beyond `most` more is no use, and steep multipliers say little of durations near by. What
@@ -349,10 +360,7 @@ impl<S: Simd> Programme<S> {
         let [up, down] = &point.z[index][row];
         let upper = self.splat(1.0) / (limit - y);
         let lower = self.splat(1.0) / (limit + y);
-        [
-            self.load_lanes(up) * upper + self.load_lanes(down) * lower,
-            (upper - lower) * mu,
-        ]
+        [self.load_lanes(up) * upper + self.load_lanes(down) * lower, (upper - lower) * mu]
     }
 
     /// The Newton step, and the multiplier of the way it leads to.
@@ -510,5 +518,135 @@ impl<S: Simd> Programme<S> {
         velocity = velocity + free(start[0]);
         acceleration = acceleration + free(start[1]);
         [lambda * self.way, velocity, acceleration * self.acceleration, jerk * self.jerk]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::random::RandomStream;
+
+    /// A random lawful curve: states at its ends, way and duration. Jerk is piecewise constant; the
+    /// whole curve is scaled so that it just keeps `limits`.
+    fn curve(
+        random: &mut RandomStream,
+        limits: [f64; 3],
+        from_rest: bool,
+    ) -> ([f64; 2], [f64; 2], f64, f64) {
+        let mut state = [random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0)];
+        if from_rest {
+            state = [0.0; 2];
+        }
+        let start = state;
+        let (mut way, mut duration) = (0.0, 0.0);
+        let mut peaks = [state[0].abs(), state[1].abs(), 0.0f64];
+        for _ in 0..1 + (random.unit() * 8.0) as usize {
+            let jerk = (random.unit() * 3.0).floor() - 1.0;
+            let (steps, length) = (400, random.uniform(0.0, 1.5));
+            let dt = length / f64::from(steps);
+            for _ in 0..steps {
+                let [v, a] = state;
+                way += dt * (v + dt * (a / 2.0 + dt * jerk / 6.0));
+                state = [v + dt * (a + dt * jerk / 2.0), a + dt * jerk];
+                // Speed between the samples is above them by less than this.
+                let beyond = dt * dt * jerk.abs() + 1e-9;
+                peaks = [
+                    peaks[0].max(state[0].abs() + beyond),
+                    peaks[1].max(state[1].abs()),
+                    peaks[2].max(jerk.abs()),
+                ];
+            }
+            duration += length;
+        }
+        let scale = (0..3).map(|e| limits[e] / peaks[e]).fold(f64::INFINITY, f64::min);
+        (start.map(|s| s * scale), state.map(|s| s * scale), way * scale, duration)
+    }
+
+    /// Draws limits over three decades, some of which do not exist, and prices of any size.
+    fn draw(random: &mut RandomStream) -> ([f64; 3], [[f64; 2]; 2]) {
+        let mut limit = |there: f64| {
+            let value = 10f64.powf(random.uniform(-1.5, 1.5));
+            if random.unit() < there { value } else { f64::INFINITY }
+        };
+        let limits = [limit(1.0), limit(0.85), limit(0.8)];
+        let mut price = |e: usize| {
+            let there = e == 0 || limits[2].is_finite();
+            let size = 10f64.powf(random.uniform(-3.0, 1.0));
+            if there { random.uniform(-1.0, 1.0) * size } else { 0.0 }
+        };
+        ([limits[0], limits[1].min(1e3), limits[2]], [[price(0), price(1)], [price(0), price(1)]])
+    }
+
+    /// Attack: curves that are lawful must never pay less than the bound, at the
+    /// duration it was made for and at others.
+    #[test]
+    fn no_lawful_curve_pays_less_than_the_bound() {
+        let mut random = RandomStream::new(5, 0);
+        let (mut checked, mut close) = (0, 0);
+        for round in 0..3000 {
+            let from_rest = round % 3 == 0;
+            let (limits, [enter, leave]) = draw(&mut random);
+            let (start, end, way, duration) = curve(&mut random, limits, from_rest);
+            let stretch = 2f64.powf(random.uniform(-1.0, 1.0));
+            let case = Case { duration, way, limits, enter, leave, from_rest };
+            let made = [
+                case,
+                Case { duration: duration * stretch, ..case },
+                Case { duration: duration * 1.01, ..case },
+            ];
+            let pays =
+                enter[0] * start[0] + enter[1] * start[1] - leave[0] * end[0] - leave[1] * end[1];
+            for minorant in minorants(&made) {
+                let bound = minorant.at(duration);
+                let size = limits[0] * (enter[0].abs() + leave[0].abs());
+                assert!(
+                    bound <= pays + 1e-9 * size.max(1.0),
+                    "{round}: {bound} > {pays}, {case:?}"
+                );
+                checked += 1;
+                close += usize::from(bound > pays - 0.5 * size);
+            }
+        }
+        assert_eq!(checked, 9000);
+        assert!(close > 500, "only {close} bounds are near enough to test anything");
+    }
+
+    /// A joint paid for its speed at the end of a run-up from rest gains all that jerk admits, and
+    /// what the bound says is that, nearly: `v = J h²/2`.
+    #[test]
+    fn the_bound_is_tight_where_the_optimum_is_known() {
+        let (h, jerk) = (0.5, 8.0);
+        let way = jerk * h * h * h / 6.0;
+        let case = Case {
+            duration: h,
+            way,
+            limits: [10.0, 50.0, jerk],
+            enter: [0.0; 2],
+            leave: [1.0, 0.0],
+            from_rest: true,
+        };
+        let bound = minorants(&[case])[0].at(h);
+        let optimum = -jerk * h * h / 2.0;
+        assert!(bound <= optimum && bound > 1.01 * optimum, "{bound}, optimum {optimum}");
+        // Braking to rest from the same speed, priced where it enters, is the same the other way round.
+        let braking =
+            Case { way: -way, enter: [1.0, 0.0], leave: [0.0; 2], from_rest: false, ..case };
+        assert_eq!(minorants(&[braking.backwards()])[0].at(h), bound);
+    }
+
+    /// Where no lawful curve exists the bound rises without end, so that prices prove it.
+    #[test]
+    fn impossible_durations_cost_more_than_any_gain() {
+        let case = Case {
+            duration: 1.0,
+            way: 1.5,
+            limits: [2.0, 3.0, 10.0],
+            enter: [0.0; 2],
+            leave: [0.1, 0.0],
+            from_rest: true,
+        };
+        let bounds = minorants(&[case, Case { duration: 1.6, ..case }]);
+        assert!(bounds[0].at(1.0) > 1.0, "{}", bounds[0].at(1.0));
+        assert!(bounds[1].at(1.6) < 0.0, "{}", bounds[1].at(1.6));
     }
 }
