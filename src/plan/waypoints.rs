@@ -143,7 +143,7 @@ impl Run<'_> {
     ) -> Result<(Vec<f64>, Solution), PlanError> {
         let settings = &self.task.settings;
         let mut optimizer = (self.task.optimizer.build)(settings, problem, seed);
-        let bound = LowerBound::of(&self.task.waypoints, self.limits, 1.0).map(|b| b.lower);
+        let bound = LowerBound::elementary(&self.task.waypoints, self.limits, 1.0).map(|b| b.lower);
         // A bound on the duration says nothing about a weighted sum.
         let lower = bound.filter(|_| !self.task.weights.is_weighted());
         let mut report = |point: &ConvergencePoint| {
@@ -473,7 +473,7 @@ impl Run<'_> {
             waypoints: waypoints.clone(),
             trajectory,
             certificate,
-            bound: LowerBound::of(waypoints, self.limits, duration),
+            bound: LowerBound::elementary(waypoints, self.limits, duration),
             metrics,
             pareto: front,
             per_joint,

@@ -1,6 +1,6 @@
 //! Timed motion: trajectories, interpolations, timing and certificates.
 
-pub mod bound;
+mod bound;
 mod certificate;
 mod curve;
 mod export;
@@ -14,7 +14,7 @@ mod polynomial_trajectory;
 pub mod timing;
 pub mod weighted;
 
-pub use bound::LowerBound;
+pub use bound::{LowerBound, Prices};
 pub use certificate::{Certificate, Clearance, JointCertificate, Peak, PositionRange, Violation};
 pub use export::{
     ExportError, JointTrajectory, JointTrajectoryPoint, MAX_SAMPLES, Quantity, RosDuration,

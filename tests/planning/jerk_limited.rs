@@ -29,18 +29,30 @@ fn bounds(limits: &[KernelLimits]) -> Vec<JointBounds> {
     limits.iter().enumerate().map(joint).collect()
 }
 
-/// Certifies the result and returns its duration.
-fn certified(name: &str, waypoints: &[Vec<f64>], limits: &[KernelLimits], found: &Fastest) -> f64 {
-    found.trajectory.validate(limits.len()).unwrap_or_else(|error| panic!("{name}: {error}"));
+/// What is wrong with the result, if anything.
+fn fault(waypoints: &[Vec<f64>], limits: &[KernelLimits], found: &Fastest) -> Option<String> {
+    if let Err(error) = found.trajectory.validate(limits.len()) {
+        return Some(error.to_string());
+    }
     let due: Vec<(f64, &[f64])> =
         found.times.iter().zip(waypoints).map(|(t, row)| (*t, row.as_slice())).collect();
     let certificate = Certificate::new(&found.trajectory, &bounds(limits), &due);
-    assert!(certificate.lawful, "{name}: {:?}", certificate.violations);
-    assert!(certificate.starts_at_rest && certificate.ends_at_rest, "{name}");
     let smooth = limits.iter().all(|limit| limit.derivatives[2].is_finite());
-    assert!(certificate.continuity >= if smooth { 2 } else { 1 }, "{name}");
     let error = certificate.waypoint_error.unwrap();
-    assert!(error <= 1e-9, "{name} misses a waypoint by {error}");
+    if !certificate.lawful {
+        Some(format!("{:?}", certificate.violations))
+    } else if !(certificate.starts_at_rest && certificate.ends_at_rest) {
+        Some("is not at rest at both ends".to_owned())
+    } else if certificate.continuity < if smooth { 2 } else { 1 } {
+        Some(format!("is continuous only up to derivative {}", certificate.continuity))
+    } else {
+        (error > 1e-9).then(|| format!("misses a waypoint by {error}"))
+    }
+}
+
+/// Certifies the result and returns its duration.
+fn certified(name: &str, waypoints: &[Vec<f64>], limits: &[KernelLimits], found: &Fastest) -> f64 {
+    assert_eq!(fault(waypoints, limits, found), None, "{name}");
     found.trajectory.duration()
 }
 
@@ -155,32 +167,61 @@ fn stopping(waypoints: &[Vec<f64>], limits: &[KernelLimits]) -> f64 {
     legs.map(|leg| fastest(leg, limits).trajectory.duration()).sum()
 }
 
-/// Plans the problems of `seeds`; returns how many were not solved to the end.
-fn survey(seeds: Range<u64>) -> usize {
-    let mut unsolved = 0;
+/// What came of many problems.
+#[derive(Debug, Default)]
+struct Survey {
+    /// Unlawful, or slower than stopping.
+    faults: Vec<String>,
+    /// Seeds of problems that were not solved to the end.
+    unsolved: Vec<u64>,
+    /// Seeds of problems for which nothing was found but to stop everywhere.
+    stops: Vec<u64>,
+}
+
+/// Plans the problems of `seeds`.
+fn survey(seeds: Range<u64>) -> Survey {
+    let mut survey = Survey::default();
     for seed in seeds {
         let (waypoints, limits) = nasty(seed);
         let found = fastest(&waypoints, &limits);
-        let name = format!("problem {seed}");
-        let duration = certified(&name, &waypoints, &limits, &found);
-        let stops = stopping(&waypoints, &limits);
-        assert!(duration <= stops * (1.0 + 1e-9), "{name}: {duration}, but {stops} with stops");
-        unsolved += usize::from(!found.converged);
+        let (duration, stops) = (found.trajectory.duration(), stopping(&waypoints, &limits));
+        let slow = || {
+            (duration > stops * (1.0 + 1e-9)).then(|| format!("{duration}, but {stops} with stops"))
+        };
+        if let Some(fault) = fault(&waypoints, &limits, &found).or_else(slow) {
+            survey.faults.push(format!("problem {seed}: {fault}"));
+        }
+        if !found.converged {
+            survey.unsolved.push(seed);
+        }
+        if found.stops {
+            survey.stops.push(seed);
+        }
     }
-    unsolved
+    survey
 }
 
 #[test]
 fn no_random_problem_fails_or_is_slower_than_stopping() {
-    assert_eq!(survey(0..60), 0);
+    let Survey { faults, unsolved, .. } = survey(0..60);
+    assert!(faults.is_empty() && unsolved.is_empty(), "{faults:#?}, unsolved: {unsolved:?}");
 }
 
-/// `cargo test --release --test planning ten_thousand -- --ignored`
+/// `cargo test --release --test planning ten_thousand -- --ignored --nocapture`
 #[test]
 #[ignore = "takes minutes"]
 fn ten_thousand_random_problems_are_lawful_and_no_slower_than_stopping() {
-    let unsolved = survey(0..10_000);
-    assert!(unsolved <= 50, "{unsolved} were not solved to the end");
+    let halves = [0..5_000, 5_000..10_000];
+    let found: Vec<Survey> = thread::scope(|scope| {
+        let runs = halves.map(|seeds| scope.spawn(|| survey(seeds)));
+        runs.into_iter().map(|run| run.join().unwrap()).collect()
+    });
+    let faults: Vec<&String> = found.iter().flat_map(|half| &half.faults).collect();
+    let unsolved: Vec<u64> = found.iter().flat_map(|half| half.unsolved.clone()).collect();
+    let stops: Vec<u64> = found.iter().flat_map(|half| half.stops.clone()).collect();
+    println!("{} unsolved: {unsolved:?}; {} stop: {stops:?}", unsolved.len(), stops.len());
+    assert!(faults.is_empty(), "{faults:#?}");
+    assert!(unsolved.len() <= 20, "{} were not solved to the end", unsolved.len());
 }
 
 #[test]

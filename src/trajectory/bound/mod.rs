@@ -1,11 +1,18 @@
 //! A proven lower bound on the duration of any lawful trajectory.
+//!
+//! Two proofs: an elementary one from limits of velocity and acceleration, and one by prices
+//! ([`decomposition`], [`payment`]) that is usually within a percent of the optimum.
 
-pub mod decomposition;
-pub mod payment;
+mod decomposition;
+mod payment;
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+pub use decomposition::Prices;
+use decomposition::decomposed;
+
+use super::jerk_limited::alone;
 use super::limits::JointBounds;
 
 /// A proven lower bound on the duration of any lawful trajectory.
@@ -20,39 +27,81 @@ pub struct LowerBound {
 }
 
 impl LowerBound {
-    /// The bound from velocity and acceleration limits alone.
-    ///
-    /// Every segment lasts at least as long as its slowest joint needs with the
-    /// speed it can have reached, and the whole at least as long as any joint
-    /// needs for its way from rest to rest, whatever the curve. None if no
-    /// limit says anything.
-    pub fn of(waypoints: &[Vec<f64>], limits: &[JointBounds], duration: f64) -> Option<Self> {
-        let segments = waypoints.len() - 1;
-        let mut by_segments = 0.0;
-        let mut ways = vec![0.0; limits.len()];
-        for segment in 0..segments {
-            let ramps = usize::from(segment == 0) + usize::from(segment + 1 == segments);
-            let mut longest = 0.0f64;
-            for (joint, limit) in limits.iter().enumerate() {
-                let way = (waypoints[segment + 1][joint] - waypoints[segment][joint]).abs();
-                ways[joint] += way;
-                longest = longest.max(shortest(way, limit, ramps));
-            }
-            by_segments += longest;
-        }
-        let by_joints = ways
-            .iter()
-            .zip(limits)
-            .map(|(way, limit)| shortest(*way, limit, 2))
-            .fold(0.0, f64::max);
-        let lower: f64 = by_joints.max(by_segments);
+    /// What the limits say at once, without any trajectory: see [`elementary`]. None if nothing.
+    pub fn elementary(
+        waypoints: &[Vec<f64>],
+        limits: &[JointBounds],
+        duration: f64,
+    ) -> Option<Self> {
         let method = "way over speed limit, with the acceleration limit's ramps at both ends";
+        Self::new(elementary(waypoints, limits), duration, method)
+    }
+
+    /// The best bound there is, given the durations of a lawful trajectory from rest to rest
+    /// and prices of its states (see [`decomposition`]). None if no limit says anything.
+    pub fn proven(
+        waypoints: &[Vec<f64>],
+        limits: &[JointBounds],
+        (durations, prices): (&[f64], &Prices),
+        duration: f64,
+    ) -> Option<Self> {
+        let ways: Vec<Vec<f64>> = waypoints.windows(2).map(way).collect();
+        let rows: Vec<[f64; 3]> =
+            limits.iter().map(|limit| [0, 1, 2].map(|order| limit.derivative(order))).collect();
+        let (lower, method) = match ways.as_slice() {
+            [way] => (alone_at_best(way, &rows), "the slowest joint's optimum from rest to rest"),
+            ways => (
+                decomposed(ways, &rows, durations, prices),
+                "segments priced by the states they share (docs/BOUND.md)",
+            ),
+        };
+        let simple = Self::elementary(waypoints, limits, duration);
+        match simple {
+            Some(simple) if !(simple.lower <= lower) => Some(simple),
+            _ => Self::new(lower, duration, method),
+        }
+    }
+
+    fn new(lower: f64, duration: f64, method: &str) -> Option<Self> {
         (lower > 0.0 && lower.is_finite()).then(|| Self {
             lower,
             gap: duration / lower - 1.0,
             method: method.to_owned(),
         })
     }
+}
+
+fn way(pair: &[Vec<f64>]) -> Vec<f64> {
+    pair[1].iter().zip(&pair[0]).map(|(to, from)| to - from).collect()
+}
+
+/// The time of the slowest joint from rest to rest: attained, because every other can be as slow.
+fn alone_at_best(way: &[f64], limits: &[[f64; 3]]) -> f64 {
+    way.iter().zip(limits).map(|(way, limit)| alone(*way, *limit)).fold(0.0, f64::max)
+}
+
+/// A bound from velocity and acceleration limits alone, s.
+///
+/// Every segment lasts at least as long as its slowest joint needs with the speed it
+/// can have reached, and the whole at least as long as any joint needs for its way
+/// from rest to rest, whatever the curve.
+fn elementary(waypoints: &[Vec<f64>], limits: &[JointBounds]) -> f64 {
+    let segments = waypoints.len() - 1;
+    let mut by_segments = 0.0;
+    let mut ways = vec![0.0; limits.len()];
+    for segment in 0..segments {
+        let ramps = usize::from(segment == 0) + usize::from(segment + 1 == segments);
+        let mut longest = 0.0f64;
+        for (joint, limit) in limits.iter().enumerate() {
+            let way = (waypoints[segment + 1][joint] - waypoints[segment][joint]).abs();
+            ways[joint] += way;
+            longest = longest.max(shortest(way, limit, ramps));
+        }
+        by_segments += longest;
+    }
+    let by_joints =
+        ways.iter().zip(limits).map(|(way, limit)| shortest(*way, limit, 2)).fold(0.0, f64::max);
+    by_segments.max(by_joints)
 }
 
 /// The least time for `way` when speed is at most `V` and starts (one ramp) or
@@ -92,7 +141,8 @@ mod tests {
     #[test]
     fn is_exact_from_rest_to_rest() {
         let bound = |way: f64| {
-            LowerBound::of(&[vec![0.0], vec![way]], &[joint(2.0, 4.0)], 1.0).map(|b| b.lower)
+            LowerBound::elementary(&[vec![0.0], vec![way]], &[joint(2.0, 4.0)], 1.0)
+                .map(|b| b.lower)
         };
         assert_eq!(bound(4.0), Some(2.5));
         assert_eq!(bound(0.25), Some(0.5));

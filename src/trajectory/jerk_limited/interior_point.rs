@@ -12,7 +12,7 @@
 use nalgebra::{DMatrix, SymmetricEigen};
 use pulp::{Arch, WithSimd};
 
-use crate::math::lanes::{Lanes, Simd, registers};
+use crate::math::lanes::{Lanes, Simd, WIDTH, registers};
 
 use super::chain::Chain;
 use super::newton::{Residuals, Work, backward};
@@ -191,11 +191,18 @@ fn advance(
     let steps = old.cells.iter().zip(&work.steps);
     for (index, (new, (old, step))) in new.cells.iter_mut().zip(steps).enumerate() {
         let c = index % all;
-        // Positions at waypoints and velocity at the goal are given.
-        let moves = [!(c + 1).is_multiple_of(k), c + 1 != all, true];
-        for e in 0..3 {
-            new.s[e] = if moves[e] { old.s[e] + step.s[e] * primal } else { old.s[e] };
+        // Positions at waypoints are given, and so is rest at the goal, but for acceleration
+        // that may jump.
+        let goal = c + 1 == all;
+        for e in 0..2 {
+            let given = if e == 0 { (c + 1).is_multiple_of(k) } else { goal };
+            new.s[e] = if given { old.s[e] } else { old.s[e] + step.s[e] * primal };
         }
+        let mut change = step.s[2] * primal;
+        if goal {
+            change = change * (Lanes([1.0; WIDTH]) - problem.groups[index / all].smooth);
+        }
+        new.s[2] = old.s[2] + change;
         for (new, (old, step)) in new.z.iter_mut().zip(old.z.iter().zip(&step.z)) {
             *new = *old + *step * dual;
         }

@@ -13,6 +13,9 @@ use super::profile::{Motion, Phase};
 /// How much slower than necessary the start is, so that it lies inside the limits.
 const EASE: f64 = 1.1;
 
+/// Shortest ramp that stands for a jump of velocity, as a share of the whole motion.
+const SHORTEST_RAMP: f64 = 1e-6;
+
 /// Units: seconds per unit of time, rad or m per unit of each joint's length.
 #[derive(Clone, Debug)]
 pub struct Units {
@@ -69,11 +72,13 @@ fn scaled(limit: &KernelLimits, units: &Units, joint: usize) -> [f64; 3] {
 /// jerk is limited.
 ///
 /// The optimum would have jumps of velocity there. Ramps that are short
-/// compared with any segment stand for them.
+/// compared with any segment stand for them, but long enough that the rounding of
+/// times does not count in them.
 pub fn effective(ways: &[Vec<f64>], limits: &[KernelLimits]) -> Vec<KernelLimits> {
-    let shortest =
-        rest_to_rest(ways, limits).into_iter().filter(|h| *h > 0.0).fold(f64::INFINITY, f64::min);
+    let durations = rest_to_rest(ways, limits);
+    let shortest = durations.iter().copied().filter(|h| *h > 0.0).fold(f64::INFINITY, f64::min);
     let shortest = if shortest.is_finite() { shortest } else { 1.0 };
+    let ramp = (1e-3 * shortest).max(SHORTEST_RAMP * durations.iter().sum::<f64>());
     let mut limits = limits.to_vec();
     for (joint, limit) in limits.iter_mut().enumerate() {
         let [velocity, acceleration, jerk] = limit.derivatives;
@@ -82,7 +87,7 @@ pub fn effective(ways: &[Vec<f64>], limits: &[KernelLimits]) -> Vec<KernelLimits
         }
         let longest = ways.iter().map(|row| row[joint].abs()).fold(0.0, f64::max);
         let speed = if velocity.is_finite() { velocity } else { 1e3 * longest / shortest };
-        limit.derivatives[1] = if speed > 0.0 { 1e3 * speed / shortest } else { 1.0 };
+        limit.derivatives[1] = if speed > 0.0 { speed / ramp } else { 1.0 };
     }
     limits
 }

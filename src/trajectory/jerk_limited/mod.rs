@@ -55,8 +55,10 @@ mod step;
 mod stopping;
 mod windows;
 
+pub use stopping::alone;
+
 use super::Trajectory;
-use super::bound::decomposition::decomposed;
+use super::bound::Prices;
 use super::kernel::KernelLimits;
 
 /// A fastest trajectory.
@@ -72,9 +74,8 @@ pub struct Fastest {
     pub converged: bool,
     /// Whether the result stops at every waypoint because nothing faster was found.
     pub stops: bool,
-    /// Lower bound on the duration of any lawful trajectory, s.
-    pub lower: f64,
-    pub bound_s: f64,
+    /// Multipliers of the programmes solved: prices that prove a lower bound.
+    pub prices: Prices,
 }
 
 /// The fastest trajectory through `waypoints[waypoint][joint]`, from rest to rest.
@@ -85,7 +86,6 @@ pub fn fastest(waypoints: &[Vec<f64>], limits: &[KernelLimits]) -> Fastest {
         .windows(2)
         .map(|pair| pair[1].iter().zip(&pair[0]).map(|(to, from)| to - from).collect())
         .collect();
-    let rows: Vec<[f64; 3]> = limits.iter().map(|limit| limit.derivatives).collect();
     let limits = layout::effective(&ways, limits);
     let mut best = stopping::stopping(&ways, &limits);
     best.stretch(best.ratio(&limits));
@@ -96,21 +96,13 @@ pub fn fastest(waypoints: &[Vec<f64>], limits: &[KernelLimits]) -> Fastest {
     if faster {
         best = found.motion;
     }
-    let durations = best.durations.clone();
     let (trajectory, times) = best.trajectory(waypoints);
-    let began = std::time::Instant::now();
-    let lower = if ways.len() == 1 {
-        durations[0]
-    } else {
-        decomposed(&ways, &rows, &durations, &found.prices)
-    };
     Fastest {
         trajectory,
         times,
         iterations: found.iterations,
         converged: found.converged,
         stops: !faster && ways.len() > 1,
-        lower,
-        bound_s: began.elapsed().as_secs_f64(),
+        prices: found.prices,
     }
 }

@@ -24,6 +24,18 @@ fn rest_to_rest(way: f64, limits: [f64; 3]) -> [f64; 3] {
     [ramp, hold, (way / speed - 2.0 * ramp - hold).max(0.0)]
 }
 
+/// The time one joint needs at least for `way` from rest to rest, s; `limits` of velocity,
+/// acceleration and jerk may be infinite. Zero where no limit says anything.
+pub fn alone(way: f64, limits: [f64; 3]) -> f64 {
+    let [velocity, acceleration, jerk] = limits;
+    let way = way.abs();
+    if way == 0.0 || acceleration.is_infinite() && jerk.is_infinite() {
+        return way / velocity;
+    }
+    let [ramp, hold, cruise] = rest_to_rest(way, limits);
+    4.0 * ramp + 2.0 * hold + cruise
+}
+
 /// One joint's phases over a segment of `length`.
 fn phases(way: f64, length: f64, limits: [f64; 3]) -> Vec<Phase> {
     if way == 0.0 {
@@ -67,10 +79,7 @@ fn phases(way: f64, length: f64, limits: [f64; 3]) -> Vec<Phase> {
 /// [`super::layout::effective`].
 pub fn stopping(ways: &[Vec<f64>], limits: &[KernelLimits]) -> Motion {
     let duration = |row: &Vec<f64>| {
-        let of = |way: &f64, limit: &KernelLimits| {
-            let [ramp, hold, cruise] = rest_to_rest(way.abs(), limit.derivatives);
-            if *way == 0.0 { 0.0 } else { 4.0 * ramp + 2.0 * hold + cruise }
-        };
+        let of = |way: &f64, limit: &KernelLimits| alone(*way, limit.derivatives);
         row.iter().zip(limits).map(|(way, limit)| of(way, limit)).fold(0.0, f64::max)
     };
     let durations: Vec<f64> = ways.iter().map(duration).collect();

@@ -6,7 +6,7 @@
 //! worst as the window that it came from.
 
 use crate::math::lanes::{Lanes, WIDTH};
-use crate::trajectory::bound::decomposition::Prices;
+use crate::trajectory::bound::Prices;
 use crate::trajectory::kernel::KernelLimits;
 
 use super::interior_point::{Settings, solve};
@@ -33,7 +33,7 @@ const BARRIER: [f64; 4] = [1e-2, 1e-5, 1e-6, 1e-7];
 const WARM: f64 = 1e-3;
 
 /// Most Newton steps with each division.
-const STEPS: [usize; 3] = [150, 80, 60];
+const STEPS: [usize; 3] = [150, 150, 60];
 
 /// Divisions that must have been solved before no other is tried.
 const ENOUGH: usize = 2;
@@ -151,6 +151,7 @@ fn attempt(
     let rests = states.iter().flatten().all(|value| *value == 0.0);
     let bound = if rests { stopping(ways, limits).duration() } else { f64::INFINITY };
     let mut steps = 0;
+    let mut converged = false;
     for cells in CELLS {
         let (mut problem, mut point, units) = pose(ways, limits, states, cells[0], BARRIER[0]);
         let mut barrier = BARRIER;
@@ -171,7 +172,7 @@ fn attempt(
                 &mut point,
                 &Settings {
                     barrier: [barrier[stage], barrier[stage + 1]],
-                    primal: if stage + 1 < cells.len() { 1e-6 } else { 1e-9 },
+                    primal: if stage + 1 < cells.len() { 1e-6 } else { 1e-13 },
                     iterations: STEPS[stage],
                 },
             );
@@ -179,20 +180,26 @@ fn attempt(
             if !outcome.converged {
                 break;
             }
-            let found = motion(&problem, &point, &units);
+            let mut found = motion(&problem, &point, &units);
+            let ratio = found.ratio(limits);
             // A motion that starts at speed cannot simply be slowed down.
-            let lawful = found.ratio(limits) <= 1.0 + NEARLY_LAWFUL;
+            let lawful = if rests { ratio.is_finite() } else { ratio <= 1.0 + NEARLY_LAWFUL };
+            if rests && lawful && ratio > 1.0 {
+                found.stretch(ratio);
+            }
             if lawful && best.as_ref().is_none_or(|best| found.duration() < best.duration()) {
                 best = Some(found);
-                priced = prices(&outcome.prices, &units, ways.len());
             }
+            // The finest programme's multipliers are the best prices.
+            priced = prices(&outcome.prices, &units, ways.len());
             solved += 1;
         }
-        // What is no faster than stopping everywhere is a poor local optimum.
+        converged |= solved >= ENOUGH;
+        // What is no faster than stopping everywhere may be a poor local optimum.
         let fast = best.as_ref().is_some_and(|best| best.duration() < bound);
-        if solved >= ENOUGH && fast {
-            return (best.map(|best| (best, true, priced)), steps);
+        if converged && fast {
+            break;
         }
     }
-    (best.map(|best| (best, false, priced)), steps)
+    (best.map(|best| (best, converged, priced)), steps)
 }
