@@ -87,6 +87,11 @@ pub struct Motion {
 }
 
 impl Motion {
+    /// A motion of `joints` that has not yet begun.
+    pub fn empty(joints: usize) -> Self {
+        Self { durations: vec![], phases: vec![vec![]; joints] }
+    }
+
     pub fn duration(&self) -> f64 {
         self.durations.iter().sum()
     }
@@ -143,19 +148,30 @@ impl Motion {
         ratio
     }
 
-    /// Whether all positions stay within their limits, up to rounding.
-    pub fn within(&self, waypoints: &[Vec<f64>], limits: &[KernelLimits]) -> bool {
-        let inside = |joint: usize, segment: usize, phase: &Phase| {
-            let [lower, upper] = limits[joint].position;
-            let slack = |limit: f64| ROUNDING * limit.abs().max(1.0);
-            let [least, most] = phase.range().map(|x| x + waypoints[segment][joint]);
-            least >= lower - slack(lower) && most <= upper + slack(upper)
-        };
-        self.phases.iter().enumerate().all(|(joint, segments)| {
-            let all = segments.iter().enumerate();
-            all.flat_map(|(segment, phases)| phases.iter().map(move |phase| (segment, phase)))
-                .all(|(segment, phase)| inside(joint, segment, phase))
-        })
+    /// Where a stop would keep positions within their limits: of every segment that leaves
+    /// them by more than rounding the waypoint that is nearer in time, unless the motion
+    /// rests there already. In ascending order.
+    pub fn stops_within(&self, waypoints: &[Vec<f64>], limits: &[KernelLimits]) -> Vec<usize> {
+        let last = self.durations.len();
+        let mut stops = Vec::new();
+        for (segment, duration) in self.durations.iter().enumerate() {
+            for (joint, limit) in limits.iter().enumerate() {
+                let [lower, upper] = limit.position;
+                let slack = |limit: f64| ROUNDING * limit.abs().max(1.0);
+                let outside = self.phases[joint][segment].iter().find(|phase| {
+                    let [least, most] = phase.range().map(|x| x + waypoints[segment][joint]);
+                    least < lower - slack(lower) || most > upper + slack(upper)
+                });
+                let Some(phase) = outside else { continue };
+                let early = phase.start + 0.5 * phase.length < 0.5 * duration;
+                let start = segment + 1 == last || early && segment > 0;
+                stops.push(if start { segment } else { segment + 1 });
+            }
+        }
+        stops.sort_unstable();
+        stops.dedup();
+        stops.retain(|stop| (1..last).contains(stop));
+        stops
     }
 
     /// The same motion `factor` times as slow.

@@ -7,6 +7,7 @@
 
 use crate::trajectory::kernel::KernelLimits;
 
+use super::Watch;
 use super::interior_point::{Settings, solve};
 use super::layout::{follow, pose};
 use super::newton::MAX_SEGMENTS;
@@ -42,22 +43,21 @@ const NEARLY_LAWFUL: f64 = 1e-4;
 /// A motion and how it was found.
 pub struct Planned {
     pub motion: Motion,
+    /// Newton steps.
     pub iterations: usize,
     pub converged: bool,
 }
 
 /// The fastest motion found along `ways[segment][joint]`, from rest to rest.
-pub fn plan(ways: &[Vec<f64>], limits: &[KernelLimits]) -> Planned {
+///
+/// Once `watch` says that time is up, what is not yet planned stops at every waypoint.
+pub fn plan(ways: &[Vec<f64>], limits: &[KernelLimits], watch: &mut Watch) -> Planned {
     if ways.len() == 1 {
         // The closed form is the optimum.
         return Planned { motion: stopping(ways, limits), iterations: 0, converged: true };
     }
     let rest = vec![[0.0; 2]; limits.len()];
-    let mut all = Planned {
-        motion: Motion { durations: vec![], phases: vec![vec![]; limits.len()] },
-        iterations: 0,
-        converged: true,
-    };
+    let mut all = Planned { motion: Motion::empty(limits.len()), iterations: 0, converged: true };
     let mut states = rest.clone();
     // What the last window planned beyond what was kept of it.
     let mut ahead: Option<Motion> = None;
@@ -65,29 +65,22 @@ pub fn plan(ways: &[Vec<f64>], limits: &[KernelLimits]) -> Planned {
     while first < ways.len() {
         let last = ways.len().min(first + MAX_SEGMENTS);
         let window = &ways[first..last];
-        let (found, iterations) = attempt(window, limits, &states, ahead.as_ref());
+        let (found, iterations) = attempt(window, limits, &states, ahead.as_ref(), watch);
         all.iterations += iterations;
+        all.converged &= found.as_ref().is_some_and(|(_, converged)| *converged);
         let motion = match (found, ahead.take()) {
-            (Some((found, converged)), _) => {
-                all.converged &= converged;
-                found
-            }
-            (None, Some(planned)) => {
-                all.converged = false;
-                planned
-            }
-            (None, None) => {
-                all.converged = false;
-                stopping(window, limits)
-            }
+            (Some((found, _)), _) => found,
+            (None, Some(planned)) => planned,
+            (None, None) => stopping(window, limits),
         };
         let planned = motion.durations.len();
         let kept = if first + planned == ways.len() { planned } else { keep(&motion, limits) };
         let (kept_part, others) = motion.split(kept);
         states = if kept == planned { rest.clone() } else { kept_part.end() };
-        ahead = (kept < planned).then_some(others);
         all.motion.append(kept_part);
         first += kept;
+        watch.report(all.iterations, first, all.motion.duration(), &others);
+        ahead = (kept < planned).then_some(others);
     }
     all
 }
@@ -118,6 +111,7 @@ fn attempt(
     limits: &[KernelLimits],
     states: &[[f64; 2]],
     guess: Option<&Motion>,
+    watch: &Watch,
 ) -> (Option<(Motion, bool)>, usize) {
     let mut best: Option<Motion> = None;
     let rests = states.iter().flatten().all(|value| *value == 0.0);
@@ -125,6 +119,9 @@ fn attempt(
     let mut steps = 0;
     let mut converged = false;
     for cells in CELLS {
+        if watch.is_over() {
+            break;
+        }
         let (mut problem, mut point, units) = pose(ways, limits, states, cells[0], BARRIER[0]);
         let mut barrier = BARRIER;
         if let Some(guess) = guess {
