@@ -14,6 +14,7 @@ mod result;
 mod run;
 pub mod scenarios;
 mod study;
+mod unsearched;
 pub mod verify;
 mod waypoints;
 mod weighted;

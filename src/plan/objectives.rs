@@ -109,21 +109,26 @@ impl ParetoRequest {
 /// Largest weight taken: more would leave the others no digits.
 const LARGEST_WEIGHT: f64 = 1e9;
 
-/// Checks everything a task says about its objectives; `closed_form` tells
+/// Checks everything a task says about its objectives; `own` tells
 /// whether its interpolation leaves nothing to search.
-pub(super) fn check(task: &WaypointsTask, closed_form: bool, pointer: &str, faults: &mut Faults) {
+pub(super) fn check(
+    task: &WaypointsTask,
+    own: Option<&'static str>,
+    pointer: &str,
+    faults: &mut Faults,
+) {
     if let Some(weights) = &task.objective {
         check_weights(weights, &format!("{pointer}/objective"), faults);
         if weights.is_weighted() {
-            check_weighted(task, weights, closed_form, pointer, faults);
+            check_weighted(task, weights, own, pointer, faults);
         }
     }
     if let Some(pareto) = &task.pareto {
         check_pareto(pareto, &format!("{pointer}/pareto"), faults);
-        check_front(task, closed_form, pointer, faults);
+        check_front(task, own, pointer, faults);
     }
     if let Some(durations) = &task.fixed_durations {
-        check_fixed(task, durations, closed_form, pointer, faults);
+        check_fixed(task, durations, own, pointer, faults);
     }
 }
 
@@ -143,13 +148,13 @@ fn check_weights(weights: &ObjectiveWeights, pointer: &str, faults: &mut Faults)
 fn check_weighted(
     task: &WaypointsTask,
     weights: &ObjectiveWeights,
-    closed_form: bool,
+    own: Option<&'static str>,
     pointer: &str,
     faults: &mut Faults,
 ) {
     let place = format!("{pointer}/objective");
-    if closed_form {
-        faults.add(&place, closed_form_fault(task, "weigh"));
+    if let Some(own) = own {
+        faults.add(&place, own_fault(task, own, "weigh"));
     }
     if task.clock == Clock::PerJoint {
         let detail = "weights are for all joints together: use clock shared";
@@ -167,9 +172,9 @@ fn check_weighted(
     }
 }
 
-fn closed_form_fault(task: &WaypointsTask, what: &str) -> String {
+fn own_fault(task: &WaypointsTask, own: &str, what: &str) -> String {
     let name = &task.interpolation;
-    format!("{name} has closed-form durations, there is nothing to {what}; quintic is searched")
+    format!("{name} {own}, there is nothing to {what}; quintic is searched")
 }
 
 fn check_pareto(pareto: &ParetoRequest, pointer: &str, faults: &mut Faults) {
@@ -215,9 +220,14 @@ fn check_pareto(pareto: &ParetoRequest, pointer: &str, faults: &mut Faults) {
     }
 }
 
-fn check_front(task: &WaypointsTask, closed_form: bool, pointer: &str, faults: &mut Faults) {
-    if closed_form {
-        faults.add(format!("{pointer}/pareto"), closed_form_fault(task, "choose from"));
+fn check_front(
+    task: &WaypointsTask,
+    own: Option<&'static str>,
+    pointer: &str,
+    faults: &mut Faults,
+) {
+    if let Some(own) = own {
+        faults.add(format!("{pointer}/pareto"), own_fault(task, own, "choose from"));
     }
     if task.clock == Clock::PerJoint {
         let detail = "a front is for all joints together: use clock shared";
@@ -237,7 +247,7 @@ fn check_front(task: &WaypointsTask, closed_form: bool, pointer: &str, faults: &
 fn check_fixed(
     task: &WaypointsTask,
     durations: &[f64],
-    closed_form: bool,
+    own: Option<&'static str>,
     pointer: &str,
     faults: &mut Faults,
 ) {
@@ -253,9 +263,9 @@ fn check_fixed(
             faults.add(format!("{place}/{index}"), detail);
         }
     }
-    if closed_form {
+    if let Some(own) = own {
         let name = &task.interpolation;
-        faults.add(&place, format!("{name} has closed-form durations: none can be given"));
+        faults.add(&place, format!("{name} {own}: none can be given"));
     }
     let searched = [
         ("objective", task.objective.is_some()),

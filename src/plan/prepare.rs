@@ -6,8 +6,8 @@ use std::sync::Arc;
 use super::objectives::{self, ObjectiveWeights};
 use super::prepared::{LEAST_WAY, PreparedLeg, PreparedPlan, PreparedTask, PreparedWaypoints};
 use super::request::{
-    Clock, Constraints, DurationGoal, DurationRange, PlanRequest, ProgramTask, RobotRef, Task,
-    WaypointsTask,
+    Clock, Constraints, DurationGoal, DurationRange, OptimizerChoice, PlanRequest, ProgramTask,
+    RobotRef, Task, WaypointsTask,
 };
 use super::{limits, study};
 use crate::fault::{Faults, escape};
@@ -16,7 +16,7 @@ use crate::robot::Robot;
 use crate::trajectory::JointBounds;
 use crate::trajectory::interpolation::{Interpolation, Timing, interpolation, interpolation_names};
 
-/// Most waypoints of one task.
+/// Most waypoints of one task, unless its interpolation takes more.
 pub const MAX_WAYPOINTS: usize = 500;
 
 /// Most legs of a program.
@@ -152,20 +152,22 @@ impl Check<'_> {
         faults: &mut Faults,
     ) -> Option<PreparedWaypoints> {
         let before = faults.0.len();
-        self.configurations(&task.waypoints, &format!("{pointer}/waypoints"), faults);
+        let interpolation = interpolation(&task.interpolation);
+        let most = interpolation.and_then(|entry| entry.max_segments).unwrap_or(0) + 1;
+        let most = most.max(MAX_WAYPOINTS);
+        self.configurations(&task.waypoints, most, &format!("{pointer}/waypoints"), faults);
         let optimizer = self.optimizer(task, pointer, faults);
         let settings = optimizer.map(|entry| {
             entry.settings(&task.optimizer.parameters, &format!("{pointer}/optimizer"), faults)
         });
-        let Some(interpolation) = interpolation(&task.interpolation) else {
+        let Some(interpolation) = interpolation else {
             let (name, known) = (&task.interpolation, interpolation_names());
             let detail = format!("no interpolation is called `{name}`; known: {known}");
             faults.add(format!("{pointer}/interpolation"), detail);
             return None;
         };
         check_durations(task, pointer, faults);
-        let closed_form = matches!(interpolation.timing, Timing::ClosedForm(_));
-        objectives::check(task, closed_form, pointer, faults);
+        objectives::check(task, interpolation.timing.own(), pointer, faults);
         if let Some(settings) = &settings {
             let segments = task.waypoints.len().saturating_sub(1);
             check_population(segments, settings, &format!("{pointer}/optimizer"), faults);
@@ -191,14 +193,20 @@ impl Check<'_> {
     }
 
     /// Waypoints on their own: number, length, values, limits, repetition.
-    fn configurations(&self, waypoints: &[Vec<f64>], pointer: &str, faults: &mut Faults) {
+    fn configurations(
+        &self,
+        waypoints: &[Vec<f64>],
+        most: usize,
+        pointer: &str,
+        faults: &mut Faults,
+    ) {
         let count = waypoints.len();
         if count < 2 {
             let detail = format!("{count} waypoints; a motion needs at least 2");
             faults.add(pointer, detail);
         }
-        if count > MAX_WAYPOINTS {
-            faults.add(pointer, format!("{count} waypoints; at most {MAX_WAYPOINTS} are taken"));
+        if count > most {
+            faults.add(pointer, format!("{count} waypoints; at most {most} are taken"));
             return;
         }
         for (index, waypoint) in waypoints.iter().enumerate() {
@@ -293,9 +301,13 @@ impl Check<'_> {
             };
             faults.add(format!("{pointer}/interpolation"), detail);
         }
+        if let Some(own) = interpolation.timing.own() {
+            check_unsearched(task, &format!("{name} {own}"), pointer, faults);
+        }
         let closed_form = matches!(interpolation.timing, Timing::ClosedForm(_));
-        if closed_form {
-            check_closed_form(task, name, pointer, faults);
+        if closed_form && task.constraints == Constraints::VelocityOnly {
+            faults
+                .add(format!("{pointer}/constraints"), format!("{name} needs acceleration limits"));
         }
         for (joint, limit) in self.limits.iter().enumerate() {
             let moves = task.waypoints.windows(2).any(|pair| pair[0][joint] != pair[1][joint]);
@@ -396,9 +408,9 @@ impl Check<'_> {
     }
 }
 
-fn check_closed_form(task: &WaypointsTask, name: &str, pointer: &str, faults: &mut Faults) {
-    let why = format!("{name} has closed-form durations");
-    if task.optimizer.name != "exact" {
+/// What an interpolation without a search cannot take; `why` says why not.
+fn check_unsearched(task: &WaypointsTask, why: &str, pointer: &str, faults: &mut Faults) {
+    if task.optimizer != OptimizerChoice::default() {
         faults.add(format!("{pointer}/optimizer"), format!("{why}: leave out the optimizer"));
     }
     if task.clock == Clock::PerJoint {
@@ -406,9 +418,6 @@ fn check_closed_form(task: &WaypointsTask, name: &str, pointer: &str, faults: &m
     }
     if task.durations.is_some() {
         faults.add(format!("{pointer}/durations"), format!("{why}: there is no search range"));
-    }
-    if task.constraints == Constraints::VelocityOnly {
-        faults.add(format!("{pointer}/constraints"), format!("{name} needs acceleration limits"));
     }
 }
 

@@ -11,10 +11,13 @@ use super::study::PreparedStudy;
 use crate::optimize::{OptimizerEntry, Settings};
 use crate::robot::Robot;
 use crate::trajectory::JointBounds;
-use crate::trajectory::interpolation::Interpolation;
+use crate::trajectory::interpolation::{Interpolation, Timing};
 
 /// A change of position below this counts as none, rad or m.
 pub(super) const LEAST_WAY: f64 = 1e-12;
+
+/// How long `jerk_limited` needs for a segment of eight joints, roughly, s.
+const FREE_SEGMENT_S: f64 = 5e-3;
 
 /// How far planning has come.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -151,10 +154,12 @@ impl PreparedWaypoints {
     }
 
     fn estimate_s(&self) -> f64 {
-        if self.fixed.is_some() {
-            return 0.0;
-        }
         let (segments, dof) = (self.waypoints.len() - 1, self.waypoints[0].len());
+        match self.interpolation.timing {
+            Timing::Search(_) if self.fixed.is_none() => {}
+            Timing::Search(_) | Timing::ClosedForm(_) => return 0.0,
+            Timing::Free => return FREE_SEGMENT_S * (segments * dof.div_ceil(8)) as f64,
+        }
         let searches = if self.clock == Clock::PerJoint { dof } else { 1 };
         let evaluations = match self.settings.optional("population") {
             Some(population) => population * (1.0 + self.settings.get("iterations")),

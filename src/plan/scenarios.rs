@@ -93,6 +93,7 @@ impl Scenario {
 
 const FILES: &[&str] = &[
     include_str!("../../scenarios/mcb-ab.json"),
+    include_str!("../../scenarios/mcb-ab-fastest.json"),
     include_str!("../../scenarios/mcb-assembly.json"),
     include_str!("../../scenarios/optimizers.json"),
     include_str!("../../scenarios/palletizing.json"),
@@ -103,6 +104,7 @@ const FILES: &[&str] = &[
     include_str!("../../scenarios/shu-cycle.json"),
     include_str!("../../scenarios/shu-de.json"),
     include_str!("../../scenarios/wood.json"),
+    include_str!("../../scenarios/wood-fastest.json"),
 ];
 
 static SCENARIOS: LazyLock<Vec<Scenario>> = LazyLock::new(|| {

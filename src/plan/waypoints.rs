@@ -11,7 +11,7 @@ use super::result::{JointOptimum, PlanMetrics, PlanResult, TrajectoryResult};
 use crate::budget::{Budget, StopReason};
 use crate::math::random::derive_seed;
 use crate::optimize::{ConvergencePoint, Objective, OptimizerEntry, Solution, minimize};
-use crate::trajectory::interpolation::{Profile, ProfileLimits, Timing};
+use crate::trajectory::interpolation::Timing;
 use crate::trajectory::kernel::Kernel;
 use crate::trajectory::objective::Measures;
 use crate::trajectory::timing::{Handling, TimingProblem};
@@ -50,6 +50,7 @@ pub fn plan_from(
     let timed = match &task.interpolation.timing {
         Timing::Search(kernel) => run.search(*kernel)?,
         Timing::ClosedForm(profile) => run.closed_form(*profile),
+        Timing::Free => run.fastest()?,
     };
     // A search that was ended says nothing about what the limits admit.
     let timed = run.reach_goal(timed).map_err(|error| stopped().unwrap_or(error))?;
@@ -100,23 +101,23 @@ pub(super) struct Run<'a> {
 }
 
 /// A plan in seconds, before it is certified.
-struct Timed {
+pub(super) struct Timed {
     /// Duration of each segment between waypoints.
-    durations: Vec<f64>,
-    trajectory: Trajectory,
-    initial_duration: f64,
-    solution: Solution,
-    per_joint: Option<Vec<JointOptimum>>,
+    pub(super) durations: Vec<f64>,
+    pub(super) trajectory: Trajectory,
+    pub(super) initial_duration: f64,
+    pub(super) solution: Solution,
+    pub(super) per_joint: Option<Vec<JointOptimum>>,
     /// Measures of the fastest motion, where they were needed.
-    reference: Option<Measures>,
-    front: Option<ParetoFront>,
+    pub(super) reference: Option<Measures>,
+    pub(super) front: Option<ParetoFront>,
 }
 
 /// Segment durations, how they were found, and each joint's own.
 type Found = (Vec<f64>, Solution, Option<Vec<JointOptimum>>);
 
 impl Run<'_> {
-    fn orders(&self) -> usize {
+    pub(super) fn orders(&self) -> usize {
         orders(self.task)
     }
 
@@ -242,7 +243,7 @@ impl Run<'_> {
 
     /// A run that was interrupted is planned again, and one that was cancelled
     /// has to end soon: neither is worth certifying a large plan.
-    fn still_wanted(&self) -> Result<(), PlanError> {
+    pub(super) fn still_wanted(&self) -> Result<(), PlanError> {
         let large = self.task.waypoints.len() * self.limits.len() > SHOWN_WHEN_CANCELLED;
         let unwanted = self.budget.stop_reason(0).filter(|reason| match reason {
             StopReason::Interrupted => true,
@@ -321,71 +322,6 @@ impl Run<'_> {
         }
         let trajectory = problem.trajectory(&durations);
         (durations, trajectory)
-    }
-
-    /// Stops at every waypoint, with a profile known in closed form.
-    fn closed_form(&self, profile: fn(&[f64], &[ProfileLimits]) -> Profile) -> Timed {
-        let limits: Vec<ProfileLimits> = self
-            .limits
-            .iter()
-            .map(|limit| ProfileLimits {
-                velocity: limit.derivative(0),
-                acceleration: limit.derivative(1),
-            })
-            .collect();
-        let (mut pieces, mut lengths, mut durations) = (Vec::new(), Vec::new(), Vec::new());
-        for pair in self.task.waypoints.windows(2) {
-            let way: Vec<f64> = pair[1].iter().zip(&pair[0]).map(|(to, from)| to - from).collect();
-            let mut duration = 0.0;
-            for (length, coefficients) in profile(&way, &limits).pieces {
-                let joint = |(start, way): (&f64, &f64)| {
-                    let mut scaled: Vec<f64> = coefficients.iter().map(|c| c * way).collect();
-                    scaled[0] += start;
-                    scaled
-                };
-                pieces.push(pair[0].iter().zip(&way).map(joint).collect());
-                lengths.push(length);
-                duration += length;
-            }
-            durations.push(duration);
-        }
-        let breakpoints = times(&lengths, lengths.iter().sum());
-        let mut trajectory = Trajectory { breakpoints, pieces };
-        let scale = required_scale(&trajectory, self.limits, 2);
-        if scale > 1.0 {
-            let factor = scale * (1.0 + f64::EPSILON);
-            trajectory.stretch(factor);
-            durations.iter_mut().for_each(|t| *t *= factor);
-        }
-        let total = durations.iter().sum();
-        Timed {
-            durations,
-            trajectory,
-            initial_duration: total,
-            solution: self.unsearched(total),
-            per_joint: None,
-            reference: None,
-            front: None,
-        }
-    }
-
-    /// What a search would tell that had nothing to search.
-    fn unsearched(&self, duration: f64) -> Solution {
-        let point = ConvergencePoint {
-            iteration: 0,
-            evaluations: 1,
-            elapsed_s: self.budget.elapsed_s(),
-            best: Some(duration),
-            mean: None,
-        };
-        Solution {
-            position: None,
-            fitness: duration,
-            convergence: vec![point],
-            stop_reason: StopReason::Converged,
-            iterations: 0,
-            evaluations: 1,
-        }
     }
 
     /// Stretches to the duration asked for, or says that it cannot be reached.
@@ -526,7 +462,7 @@ fn join(mut first: Solution, second: Solution) -> Solution {
 }
 
 /// Running sums from 0; the last is `total`.
-fn times(durations: &[f64], total: f64) -> Vec<f64> {
+pub(super) fn times(durations: &[f64], total: f64) -> Vec<f64> {
     let sums = durations.iter().scan(0.0, |sum, duration| {
         *sum += duration;
         Some(*sum)
@@ -540,7 +476,11 @@ fn times(durations: &[f64], total: f64) -> Vec<f64> {
 
 /// By what factor the trajectory must be stretched to keep the first `orders`
 /// derivative limits, from the exact peaks the certificate will see.
-fn required_scale(trajectory: &Trajectory, limits: &[JointBounds], orders: usize) -> f64 {
+pub(super) fn required_scale(
+    trajectory: &Trajectory,
+    limits: &[JointBounds],
+    orders: usize,
+) -> f64 {
     let certificate = Certificate::new(trajectory, limits, &[]);
     let mut scale = 0.0f64;
     for joint in &certificate.joints {

@@ -7,6 +7,7 @@ use takt::math::random::RandomStream;
 use takt::plan::verify::{VerifyRequest, verify};
 use takt::robot::catalogue;
 use takt::trajectory::interpolation::{INTERPOLATIONS, ProfileLimits, Timing};
+use takt::trajectory::jerk_limited::fastest;
 use takt::trajectory::kernel::KernelLimits;
 use takt::trajectory::timing::{Handling, TimingProblem};
 use takt::trajectory::{Certificate, Trajectory};
@@ -38,6 +39,10 @@ fn random_trajectory(timing: &Timing, segments: usize, random: &mut RandomStream
             let problem =
                 TimingProblem::new(*kernel, &waypoints, &[none], Handling::RepairUniform, None);
             return problem.trajectory(&durations);
+        }
+        Timing::Free => {
+            let derivatives = [0; 3].map(|_| 10f64.powf(random.uniform(-1.0, 1.0)));
+            return fastest(&waypoints, &[KernelLimits { derivatives, ..none }]).trajectory;
         }
         Timing::ClosedForm(profile) => {
             let mut pieces = Vec::new();

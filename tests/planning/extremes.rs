@@ -7,7 +7,7 @@ use takt::math::random::RandomStream;
 use takt::plan::{PlanRequest, PlanResult, TrajectoryResult, validate};
 use takt::robot::catalogue;
 use takt::trajectory::KinematicState;
-use takt::trajectory::interpolation::{INTERPOLATIONS, Timing, interpolation};
+use takt::trajectory::interpolation::{INTERPOLATIONS, interpolation};
 
 use crate::support::{faults, plan, scenario, try_plan};
 
@@ -47,10 +47,10 @@ fn random_request(random: &mut RandomStream) -> Value {
     let joints: Vec<Value> = (0..dof).map(|number| joint(number, random)).collect();
     let entry = pick(random, &INTERPOLATIONS.iter().collect::<Vec<_>>());
     let interpolation = entry.name;
-    let closed_form = matches!(entry.timing, Timing::ClosedForm(_));
+    let searched = entry.timing.own().is_none();
     let mut task =
         json!({ "type": "waypoints", "waypoints": waypoints, "interpolation": interpolation });
-    if !closed_form {
+    if searched {
         let name = pick(random, &["exact", "pso", "pso_linear", "improved_pso"]);
         task["optimizer"] =
             json!({ "name": name, "max_evaluations": pick(random, &[1, 7, 150, 400]) });

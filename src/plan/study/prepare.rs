@@ -14,7 +14,6 @@ use crate::plan::prepare::{Check, Common, check_population, resolve_robot};
 use crate::plan::prepared::PreparedWaypoints;
 use crate::plan::request::{Clock, Constraints, OptimizerChoice, WaypointsTask};
 use crate::trajectory::JointBounds;
-use crate::trajectory::interpolation::Timing;
 
 /// Most evaluations of one run.
 const MAX_RUN_EVALUATIONS: u64 = 1_000_000_000;
@@ -283,11 +282,8 @@ fn shared(
     }
     let task = prepared?;
     let timing = &task.interpolation.timing;
-    if matches!(timing, Timing::ClosedForm(_)) {
-        let detail = format!(
-            "{} has closed-form durations: there is no search to compare",
-            task.interpolation.name
-        );
+    if let Some(own) = timing.own() {
+        let detail = format!("{} {own}: there is no search to compare", task.interpolation.name);
         faults.add(format!("{pointer}/interpolation"), detail);
     }
     let (name, robot, limits) = (name.to_owned(), robot.name().to_owned(), common.limits.to_vec());

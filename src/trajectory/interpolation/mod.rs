@@ -5,6 +5,7 @@ mod bspline_uniform;
 mod cubic;
 mod cubic_zero_acceleration;
 mod hermite;
+mod jerk_limited;
 mod moments;
 mod polynomial_353;
 mod polynomial_434;
@@ -48,6 +49,19 @@ pub enum Timing {
     Search(&'static dyn Kernel),
     /// The best profile between two waypoints at rest is known.
     ClosedForm(fn(&[f64], &[ProfileLimits]) -> Profile),
+    /// No family of curves: the fastest of all motions, see [`super::jerk_limited`].
+    Free,
+}
+
+impl Timing {
+    /// Where no optimizer searches the durations, in words why not.
+    pub fn own(&self) -> Option<&'static str> {
+        match self {
+            Self::Search(_) => None,
+            Self::ClosedForm(_) => Some("has closed-form durations"),
+            Self::Free => Some("finds its durations itself"),
+        }
+    }
 }
 
 /// The limits a profile keeps; infinite where there is none.
@@ -74,6 +88,7 @@ pub static INTERPOLATIONS: &[Interpolation] = &[
     bspline_uniform::ENTRY,
     cubic::ENTRY,
     cubic_zero_acceleration::ENTRY,
+    jerk_limited::ENTRY,
     quintic::ENTRY,
     quintic_han::ENTRY,
     trapezoidal::ENTRY,
@@ -130,7 +145,7 @@ impl Interpolation {
             max_segments: self.max_segments,
             bounded_jerk: self.bounded_jerk,
             executable: self.executable,
-            uses_optimizer: matches!(self.timing, Timing::Search(_)),
+            uses_optimizer: self.timing.own().is_none(),
         }
     }
 }

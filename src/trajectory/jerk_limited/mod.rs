@@ -34,10 +34,12 @@
 //!
 //! The solution misses the equalities by rounding and keeps the limits strictly. [`profile`] joins cells of
 //! equal jerk, restores the equalities, finds exact peaks and uses the limits exactly by the scaling law.
-//! No result is slower than [`stopping`] at every waypoint, which is always possible. That also takes the place
-//! of a result that leaves the position limits between waypoints: they are not yet in the programme.
+//! No result is slower than [`stopping`] at every waypoint, which is always possible.
 //!
-//! Long lists are planned in [`windows`].
+//! Long lists are planned in [`windows`]. Position limits between waypoints are not in the programme: a motion
+//! that leaves them is divided at the nearest waypoints, and its parts are planned as motions from rest to
+//! rest. From one waypoint to the next no such motion leaves them. A list whose programme is not
+//! solved is divided in the same way, in the middle.
 
 #![expect(
     clippy::needless_range_loop,
@@ -57,17 +59,26 @@ mod windows;
 
 pub use stopping::alone;
 
+use std::ops::Range;
+
 use super::Trajectory;
-use super::bound::Prices;
+use super::Prices;
 use super::kernel::KernelLimits;
+use crate::budget::Budget;
+
+use profile::Motion;
 
 /// A fastest trajectory.
 #[derive(Clone, Debug)]
 pub struct Fastest {
     /// Cubic pieces (quadratic where jerk is free), within all limits.
     pub trajectory: Trajectory,
+    /// Duration of each segment between waypoints, s.
+    pub durations: Vec<f64>,
     /// When each waypoint is reached, s.
     pub times: Vec<f64>,
+    /// How long it would take with a stop at every waypoint, s.
+    pub stopping: f64,
     /// Newton steps.
     pub iterations: usize,
     /// Whether every programme was solved to its end.
@@ -78,31 +89,140 @@ pub struct Fastest {
     pub prices: Prices,
 }
 
+/// How far planning has come.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stage {
+    /// Newton steps so far.
+    pub iterations: usize,
+    /// Duration of the best motion known: what is planned, and stops behind it, s.
+    pub duration: f64,
+}
+
+/// Says how far planning has come and whether it may go on.
+struct Watch<'a> {
+    budget: &'a Budget,
+    tell: &'a mut dyn FnMut(Stage),
+    /// Time from each waypoint to the goal with stops, s.
+    to_go: Vec<f64>,
+    /// The waypoint that the present list starts from, when, and Newton steps before it.
+    first: usize,
+    start: f64,
+    iterations: usize,
+    best: f64,
+}
+
+impl Watch<'_> {
+    /// Whether time is up.
+    fn is_over(&self) -> bool {
+        self.budget.stop_reason(0).is_some()
+    }
+
+    /// Tells that of the present list `segments` are planned, which take `duration`; `ahead` is
+    /// a motion from there to rest at some waypoint.
+    fn report(&mut self, iterations: usize, segments: usize, duration: f64, ahead: &Motion) {
+        let reached = self.first + segments + ahead.durations.len();
+        let total = self.start + duration + ahead.duration() + self.to_go[reached];
+        self.best = self.best.min(total);
+        let iterations = self.iterations + iterations;
+        (self.tell)(Stage { iterations, duration: self.best });
+    }
+}
+
 /// The fastest trajectory through `waypoints[waypoint][joint]`, from rest to rest.
 ///
 /// Limits that do not exist are infinite. Neighbouring waypoints differ in at least one joint.
 pub fn fastest(waypoints: &[Vec<f64>], limits: &[KernelLimits]) -> Fastest {
+    fastest_within(waypoints, limits, &Budget::default(), &mut |_| {})
+}
+
+/// The same, as far as `budget` allows: what is not planned by then stops at every waypoint.
+/// `tell` hears how planning proceeds.
+pub fn fastest_within(
+    waypoints: &[Vec<f64>],
+    limits: &[KernelLimits],
+    budget: &Budget,
+    tell: &mut dyn FnMut(Stage),
+) -> Fastest {
     let ways: Vec<Vec<f64>> = waypoints
         .windows(2)
         .map(|pair| pair[1].iter().zip(&pair[0]).map(|(to, from)| to - from).collect())
         .collect();
     let limits = layout::effective(&ways, limits);
-    let mut best = stopping::stopping(&ways, &limits);
-    best.stretch(best.ratio(&limits));
-    let mut found = windows::plan(&ways, &limits);
-    found.motion.stretch(found.motion.ratio(&limits));
-    let faster =
-        found.motion.duration() < best.duration() && found.motion.within(waypoints, &limits);
-    if faster {
-        best = found.motion;
+    let stops = stopped(&ways, &limits);
+    let mut to_go = vec![0.0; waypoints.len()];
+    for (segment, duration) in stops.durations.iter().enumerate().rev() {
+        to_go[segment] = to_go[segment + 1] + duration;
     }
-    let (trajectory, times) = best.trajectory(waypoints);
+    let stopping = to_go[0];
+    let mut watch =
+        Watch { budget, tell, to_go, first: 0, start: 0.0, iterations: 0, best: stopping };
+    let mut whole = Motion::empty(limits.len());
+    let (mut converged, mut moves) = (true, ways.len() == 1);
+    // The list's parts between stops, the first one last.
+    let mut parts: Vec<Range<usize>> = vec![0..ways.len()];
+    while let Some(part) = parts.pop() {
+        (watch.first, watch.start) = (part.start, whole.duration());
+        let own = &ways[part.clone()];
+        let planned = windows::plan(own, &limits, &mut watch);
+        watch.iterations += planned.iterations;
+        converged &= planned.converged;
+        match judge(planned, own, &waypoints[part.start..=part.end], &limits, &watch) {
+            Ok((motion, stops)) => {
+                moves |= !stops;
+                whole.append(motion);
+            }
+            Err(stops) => divide(part, &stops, &mut parts),
+        }
+    }
+    let (trajectory, times) = whole.trajectory(waypoints);
     Fastest {
         trajectory,
+        durations: whole.durations,
+        prices: whole.prices,
         times,
-        iterations: found.iterations,
-        converged: found.converged,
-        stops: !faster && ways.len() > 1,
-        prices: found.prices,
+        stopping,
+        iterations: watch.iterations,
+        converged,
+        stops: !moves,
     }
+}
+
+/// A part's motion and whether it stops everywhere; or waypoints of the part at which
+/// it has to stop, and then be planned anew.
+fn judge(
+    planned: windows::Planned,
+    ways: &[Vec<f64>],
+    waypoints: &[Vec<f64>],
+    limits: &[KernelLimits],
+    watch: &Watch,
+) -> Result<(Motion, bool), Vec<usize>> {
+    let mut motion = planned.motion;
+    motion.stretch(motion.ratio(limits));
+    let stopped = stopped(ways, limits);
+    if motion.duration() < stopped.duration() {
+        let stops = motion.stops_within(waypoints, limits);
+        return if stops.is_empty() { Ok((motion, false)) } else { Err(stops) };
+    }
+    if planned.converged || ways.len() == 1 || watch.is_over() {
+        Ok((stopped, true))
+    } else {
+        Err(vec![ways.len() / 2])
+    }
+}
+
+/// Puts the pieces of `part` between `stops` on top of `parts`, the first one last.
+fn divide(part: Range<usize>, stops: &[usize], parts: &mut Vec<Range<usize>>) {
+    let mut end = part.end;
+    for stop in stops.iter().rev() {
+        parts.push(part.start + stop..end);
+        end = part.start + stop;
+    }
+    parts.push(part.start..end);
+}
+
+/// The motion that stops at every waypoint, at the limits exactly.
+fn stopped(ways: &[Vec<f64>], limits: &[KernelLimits]) -> Motion {
+    let mut motion = stopping::stopping(ways, limits);
+    motion.stretch(motion.ratio(limits));
+    motion
 }

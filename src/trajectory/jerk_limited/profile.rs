@@ -1,7 +1,7 @@
 //! One joint's motion as pieces of constant jerk, and all joints' as a [`Trajectory`].
 
-use crate::math::lanes::WIDTH;
-use crate::trajectory::Trajectory;
+use crate::math::lanes::{Lanes, WIDTH};
+use crate::trajectory::{Prices, Trajectory};
 use crate::trajectory::kernel::KernelLimits;
 
 use super::layout::{Units, before};
@@ -83,10 +83,17 @@ impl Phase {
 #[derive(Clone, Debug)]
 pub struct Motion {
     pub durations: Vec<f64>,
+    /// What velocity and acceleration are worth where each segment starts.
+    pub prices: Prices,
     pub phases: Vec<Vec<Vec<Phase>>>,
 }
 
 impl Motion {
+    /// A motion of `joints` that has not yet begun.
+    pub fn empty(joints: usize) -> Self {
+        Self { durations: vec![], prices: vec![], phases: vec![vec![]; joints] }
+    }
+
     pub fn duration(&self) -> f64 {
         self.durations.iter().sum()
     }
@@ -94,13 +101,15 @@ impl Motion {
     /// The first `segments` and the others.
     pub fn split(mut self, segments: usize) -> (Self, Self) {
         let durations = self.durations.split_off(segments);
+        let prices = self.prices.split_off(segments);
         let phases = self.phases.iter_mut().map(|joint| joint.split_off(segments)).collect();
-        (self, Self { durations, phases })
+        (self, Self { durations, prices, phases })
     }
 
     /// Continues with `other`.
     pub fn append(&mut self, other: Self) {
         self.durations.extend(other.durations);
+        self.prices.extend(other.prices);
         for (joint, phases) in self.phases.iter_mut().zip(other.phases) {
             joint.extend(phases);
         }
@@ -143,19 +152,30 @@ impl Motion {
         ratio
     }
 
-    /// Whether all positions stay within their limits, up to rounding.
-    pub fn within(&self, waypoints: &[Vec<f64>], limits: &[KernelLimits]) -> bool {
-        let inside = |joint: usize, segment: usize, phase: &Phase| {
-            let [lower, upper] = limits[joint].position;
-            let slack = |limit: f64| ROUNDING * limit.abs().max(1.0);
-            let [least, most] = phase.range().map(|x| x + waypoints[segment][joint]);
-            least >= lower - slack(lower) && most <= upper + slack(upper)
-        };
-        self.phases.iter().enumerate().all(|(joint, segments)| {
-            let all = segments.iter().enumerate();
-            all.flat_map(|(segment, phases)| phases.iter().map(move |phase| (segment, phase)))
-                .all(|(segment, phase)| inside(joint, segment, phase))
-        })
+    /// Where a stop would keep positions within their limits: of every segment that leaves
+    /// them by more than rounding the waypoint that is nearer in time, unless the motion
+    /// rests there already. In ascending order.
+    pub fn stops_within(&self, waypoints: &[Vec<f64>], limits: &[KernelLimits]) -> Vec<usize> {
+        let last = self.durations.len();
+        let mut stops = Vec::new();
+        for (segment, duration) in self.durations.iter().enumerate() {
+            for (joint, limit) in limits.iter().enumerate() {
+                let [lower, upper] = limit.position;
+                let slack = |limit: f64| ROUNDING * limit.abs().max(1.0);
+                let outside = self.phases[joint][segment].iter().find(|phase| {
+                    let [least, most] = phase.range().map(|x| x + waypoints[segment][joint]);
+                    least < lower - slack(lower) || most > upper + slack(upper)
+                });
+                let Some(phase) = outside else { continue };
+                let early = phase.start + 0.5 * phase.length < 0.5 * duration;
+                let start = segment + 1 == last || early && segment > 0;
+                stops.push(if start { segment } else { segment + 1 });
+            }
+        }
+        stops.sort_unstable();
+        stops.dedup();
+        stops.retain(|stop| (1..last).contains(stop));
+        stops
     }
 
     /// The same motion `factor` times as slow.
@@ -338,10 +358,30 @@ impl Course {
     }
 }
 
-/// The motion that a solved programme describes, in seconds, rad and m.
+/// The Lagrangian's slopes over the states where segments start, as prices in s, rad and m: what a
+/// state is worth for all that follows, it costs.
+fn in_seconds(slopes: &[[Lanes; 2]], units: &Units, segments: usize) -> Prices {
+    let price = |segment: usize, joint: usize| {
+        let slope = &slopes[joint / WIDTH * segments + segment];
+        let [v, a] = slope.map(|slope| slope.0[joint % WIDTH]);
+        let per_speed = units.time * units.time / units.length[joint];
+        [-v * per_speed, -a * per_speed * units.time]
+    };
+    let joints = units.length.len();
+    let row = |segment: usize| (0..joints).map(|joint| price(segment, joint)).collect();
+    (0..segments).map(row).collect()
+}
+
+/// The motion that a solved programme describes, in seconds, rad and m; `prices` as in
+/// [`super::newton::Work`].
 ///
 /// Waypoints and continuity hold to rounding, limits only nearly.
-pub fn motion(problem: &Problem, point: &Iterate, units: &Units) -> Motion {
+pub fn motion(
+    problem: &Problem,
+    point: &Iterate,
+    prices: &[[Lanes; 2]],
+    units: &Units,
+) -> Motion {
     let (n, k) = (problem.segments, problem.cells);
     let phases = (0..units.length.len()).map(|joint| {
         let (group, lane) = (joint / WIDTH, joint % WIDTH);
@@ -361,5 +401,6 @@ pub fn motion(problem: &Problem, point: &Iterate, units: &Units) -> Motion {
     Motion {
         phases: phases.collect(),
         durations: point.durations.iter().map(|h| h * units.time).collect(),
+        prices: in_seconds(prices, units, n),
     }
 }

@@ -89,5 +89,8 @@ pub fn stopping(ways: &[Vec<f64>], limits: &[KernelLimits]) -> Motion {
         };
         ways.iter().zip(&durations).map(segment).collect()
     };
-    Motion { phases: (0..limits.len()).map(joint).collect(), durations }
+    let phases = (0..limits.len()).map(joint).collect();
+    // At rest every state costs nothing that could be told from here.
+    let prices = vec![vec![[0.0; 2]; limits.len()]; ways.len()];
+    Motion { phases, prices, durations }
 }

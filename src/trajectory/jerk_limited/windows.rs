@@ -5,12 +5,11 @@
 //! with at least [`AHEAD`] segments behind it, and whatever is kept can always go on: at
 //! worst as the window that it came from.
 
-use crate::math::lanes::{Lanes, WIDTH};
-use crate::trajectory::bound::Prices;
 use crate::trajectory::kernel::KernelLimits;
 
+use super::Watch;
 use super::interior_point::{Settings, solve};
-use super::layout::{Units, follow, pose};
+use super::layout::{follow, pose};
 use super::newton::MAX_SEGMENTS;
 use super::profile::{Motion, motion};
 use super::refine::refine;
@@ -44,43 +43,21 @@ const NEARLY_LAWFUL: f64 = 1e-4;
 /// A motion and how it was found.
 pub struct Planned {
     pub motion: Motion,
+    /// Newton steps.
     pub iterations: usize,
     pub converged: bool,
-    /// Multipliers of the programmes solved.
-    pub prices: Prices,
-}
-
-/// Multipliers in seconds, rad and m.
-fn prices(slopes: &[[Lanes; 2]], units: &Units, segments: usize) -> Prices {
-    let one = |segment: usize, joint: usize| {
-        let slope = &slopes[joint / WIDTH * segments + segment];
-        let [v, a] = slope.map(|slope| slope.0[joint % WIDTH]);
-        let per_speed = units.time * units.time / units.length[joint];
-        [-v * per_speed, -a * per_speed * units.time]
-    };
-    let joints = units.length.len();
-    let row = |segment: usize| (0..joints).map(|joint| one(segment, joint)).collect();
-    (0..segments).map(row).collect()
 }
 
 /// The fastest motion found along `ways[segment][joint]`, from rest to rest.
-pub fn plan(ways: &[Vec<f64>], limits: &[KernelLimits]) -> Planned {
+///
+/// Once `watch` says that time is up, what is not yet planned stops at every waypoint.
+pub fn plan(ways: &[Vec<f64>], limits: &[KernelLimits], watch: &mut Watch) -> Planned {
     if ways.len() == 1 {
         // The closed form is the optimum.
-        return Planned {
-            motion: stopping(ways, limits),
-            iterations: 0,
-            converged: true,
-            prices: Prices::default(),
-        };
+        return Planned { motion: stopping(ways, limits), iterations: 0, converged: true };
     }
     let rest = vec![[0.0; 2]; limits.len()];
-    let mut all = Planned {
-        motion: Motion { durations: vec![], phases: vec![vec![]; limits.len()] },
-        iterations: 0,
-        converged: true,
-        prices: Prices::default(),
-    };
+    let mut all = Planned { motion: Motion::empty(limits.len()), iterations: 0, converged: true };
     let mut states = rest.clone();
     // What the last window planned beyond what was kept of it.
     let mut ahead: Option<Motion> = None;
@@ -88,33 +65,22 @@ pub fn plan(ways: &[Vec<f64>], limits: &[KernelLimits]) -> Planned {
     while first < ways.len() {
         let last = ways.len().min(first + MAX_SEGMENTS);
         let window = &ways[first..last];
-        let (found, iterations) = attempt(window, limits, &states, ahead.as_ref());
+        let (found, iterations) = attempt(window, limits, &states, ahead.as_ref(), watch);
         all.iterations += iterations;
-        let mut window_prices = None;
+        all.converged &= found.as_ref().is_some_and(|(_, converged)| *converged);
         let motion = match (found, ahead.take()) {
-            (Some((found, converged, found_prices)), _) => {
-                all.converged &= converged;
-                window_prices = Some(found_prices);
-                found
-            }
-            (None, Some(planned)) => {
-                all.converged = false;
-                planned
-            }
-            (None, None) => {
-                all.converged = false;
-                stopping(window, limits)
-            }
+            (Some((found, _)), _) => found,
+            (None, Some(planned)) => planned,
+            (None, None) => stopping(window, limits),
         };
         let planned = motion.durations.len();
         let kept = if first + planned == ways.len() { planned } else { keep(&motion, limits) };
         let (kept_part, others) = motion.split(kept);
         states = if kept == planned { rest.clone() } else { kept_part.end() };
-        ahead = (kept < planned).then_some(others);
-        let unpriced = || vec![vec![[0.0; 2]; limits.len()]; planned];
-        all.prices.extend(window_prices.unwrap_or_else(unpriced).into_iter().take(kept));
         all.motion.append(kept_part);
         first += kept;
+        watch.report(all.iterations, first, all.motion.duration(), &others);
+        ahead = (kept < planned).then_some(others);
     }
     all
 }
@@ -145,14 +111,17 @@ fn attempt(
     limits: &[KernelLimits],
     states: &[[f64; 2]],
     guess: Option<&Motion>,
-) -> (Option<(Motion, bool, Prices)>, usize) {
+    watch: &Watch,
+) -> (Option<(Motion, bool)>, usize) {
     let mut best: Option<Motion> = None;
-    let mut priced = Prices::default();
     let rests = states.iter().flatten().all(|value| *value == 0.0);
     let bound = if rests { stopping(ways, limits).duration() } else { f64::INFINITY };
     let mut steps = 0;
     let mut converged = false;
     for cells in CELLS {
+        if watch.is_over() {
+            break;
+        }
         let (mut problem, mut point, units) = pose(ways, limits, states, cells[0], BARRIER[0]);
         let mut barrier = BARRIER;
         if let Some(guess) = guess {
@@ -180,7 +149,7 @@ fn attempt(
             if !outcome.converged {
                 break;
             }
-            let mut found = motion(&problem, &point, &units);
+            let mut found = motion(&problem, &point, &outcome.prices, &units);
             let ratio = found.ratio(limits);
             // A motion that starts at speed cannot simply be slowed down.
             let lawful = if rests { ratio.is_finite() } else { ratio <= 1.0 + NEARLY_LAWFUL };
@@ -189,9 +158,10 @@ fn attempt(
             }
             if lawful && best.as_ref().is_none_or(|best| found.duration() < best.duration()) {
                 best = Some(found);
+            } else if let Some(best) = &mut best {
+                // The finer programme's prices are the better ones.
+                best.prices = found.prices;
             }
-            // The finest programme's multipliers are the best prices.
-            priced = prices(&outcome.prices, &units, ways.len());
             solved += 1;
         }
         converged |= solved >= ENOUGH;
@@ -201,5 +171,5 @@ fn attempt(
             break;
         }
     }
-    (best.map(|best| (best, converged, priced)), steps)
+    (best.map(|best| (best, converged)), steps)
 }

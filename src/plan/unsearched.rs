@@ -1,0 +1,140 @@
+//! Motions whose durations no optimizer searches.
+
+use super::error::PlanError;
+use super::prepared::Progress;
+use super::waypoints::{Run, Timed, required_scale, times};
+use crate::budget::StopReason;
+use crate::optimize::{ConvergencePoint, Solution};
+use crate::trajectory::interpolation::{Profile, ProfileLimits};
+use crate::trajectory::jerk_limited::{Stage, fastest_within};
+use crate::trajectory::kernel::KernelLimits;
+use crate::trajectory::{LowerBound, Trajectory};
+
+/// Rounds in which a motion loses what rounding left above a limit.
+const ROUNDINGS: usize = 4;
+
+impl Run<'_> {
+    /// Stops at every waypoint, with a profile known in closed form.
+    pub(super) fn closed_form(&self, profile: fn(&[f64], &[ProfileLimits]) -> Profile) -> Timed {
+        let limits: Vec<ProfileLimits> = self
+            .limits
+            .iter()
+            .map(|limit| ProfileLimits {
+                velocity: limit.derivative(0),
+                acceleration: limit.derivative(1),
+            })
+            .collect();
+        let (mut pieces, mut lengths, mut durations) = (Vec::new(), Vec::new(), Vec::new());
+        for pair in self.task.waypoints.windows(2) {
+            let way: Vec<f64> = pair[1].iter().zip(&pair[0]).map(|(to, from)| to - from).collect();
+            let mut duration = 0.0;
+            for (length, coefficients) in profile(&way, &limits).pieces {
+                let joint = |(start, way): (&f64, &f64)| {
+                    let mut scaled: Vec<f64> = coefficients.iter().map(|c| c * way).collect();
+                    scaled[0] += start;
+                    scaled
+                };
+                pieces.push(pair[0].iter().zip(&way).map(joint).collect());
+                lengths.push(length);
+                duration += length;
+            }
+            durations.push(duration);
+        }
+        let breakpoints = times(&lengths, lengths.iter().sum());
+        let mut trajectory = Trajectory { breakpoints, pieces };
+        let scale = required_scale(&trajectory, self.limits, 2);
+        if scale > 1.0 {
+            let factor = scale * (1.0 + f64::EPSILON);
+            trajectory.stretch(factor);
+            durations.iter_mut().for_each(|t| *t *= factor);
+        }
+        let total = durations.iter().sum();
+        Timed {
+            durations,
+            trajectory,
+            initial_duration: total,
+            solution: self.unsearched(total),
+            per_joint: None,
+            reference: None,
+            front: None,
+        }
+    }
+
+    /// What a search would tell that had nothing to search.
+    pub(super) fn unsearched(&self, duration: f64) -> Solution {
+        let point = ConvergencePoint {
+            iteration: 0,
+            evaluations: 1,
+            elapsed_s: self.budget.elapsed_s(),
+            best: Some(duration),
+            mean: None,
+        };
+        Solution {
+            position: None,
+            fitness: duration,
+            convergence: vec![point],
+            stop_reason: StopReason::Converged,
+            iterations: 0,
+            evaluations: 1,
+        }
+    }
+
+    /// The fastest motion of all. Its iterations are Newton steps.
+    pub(super) fn fastest(&self) -> Result<Timed, PlanError> {
+        let limits: Vec<KernelLimits> =
+            self.limits.iter().map(|limit| limit.kernel(self.orders())).collect();
+        let lower_bound = LowerBound::elementary(&self.task.waypoints, self.limits, 1.0).map(|b| b.lower);
+        let mut convergence = Vec::new();
+        let mut tell = |stage: Stage| {
+            let point = ConvergencePoint {
+                iteration: stage.iterations as u64,
+                evaluations: stage.iterations as u64,
+                elapsed_s: self.budget.elapsed_s(),
+                best: Some(stage.duration),
+                mean: None,
+            };
+            (self.progress)(Progress {
+                leg: None,
+                iteration: point.iteration,
+                evaluations: point.evaluations,
+                elapsed_s: point.elapsed_s,
+                best: point.best,
+                mean: None,
+                lower_bound,
+                method: None,
+            });
+            convergence.push(point);
+        };
+        let found = fastest_within(&self.task.waypoints, &limits, self.budget, &mut tell);
+        self.still_wanted()?;
+        let (mut trajectory, mut durations) = (found.trajectory, found.durations);
+        for _ in 0..ROUNDINGS {
+            let scale = required_scale(&trajectory, self.limits, self.orders());
+            if scale <= 1.0 {
+                break;
+            }
+            let factor = scale * (1.0 + f64::EPSILON);
+            trajectory.stretch(factor);
+            durations.iter_mut().for_each(|t| *t *= factor);
+        }
+        let ended =
+            if found.converged { StopReason::Converged } else { StopReason::IterationLimit };
+        let solution = Solution {
+            position: None,
+            fitness: trajectory.duration(),
+            convergence,
+            stop_reason: self.budget.stop_reason(0).unwrap_or(ended),
+            iterations: found.iterations as u64,
+            evaluations: found.iterations as u64,
+        };
+        Ok(Timed {
+            durations,
+            trajectory,
+            initial_duration: found.stopping,
+            solution,
+            per_joint: None,
+            reference: None,
+            front: None,
+        })
+    }
+}
