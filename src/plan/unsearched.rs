@@ -83,7 +83,8 @@ impl Run<'_> {
     pub(super) fn fastest(&self) -> Result<Timed, PlanError> {
         let limits: Vec<KernelLimits> =
             self.limits.iter().map(|limit| limit.kernel(self.orders())).collect();
-        let lower_bound = LowerBound::elementary(&self.task.waypoints, self.limits, 1.0).map(|b| b.lower);
+        let lower_bound =
+            LowerBound::elementary(&self.task.waypoints, self.limits).map(|b| b.lower);
         let mut convergence = Vec::new();
         let mut tell = |stage: Stage| {
             let point = ConvergencePoint {

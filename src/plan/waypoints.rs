@@ -144,7 +144,7 @@ impl Run<'_> {
     ) -> Result<(Vec<f64>, Solution), PlanError> {
         let settings = &self.task.settings;
         let mut optimizer = (self.task.optimizer.build)(settings, problem, seed);
-        let bound = LowerBound::elementary(&self.task.waypoints, self.limits, 1.0).map(|b| b.lower);
+        let bound = LowerBound::elementary(&self.task.waypoints, self.limits).map(|b| b.lower);
         // A bound on the duration says nothing about a weighted sum.
         let lower = bound.filter(|_| !self.task.weights.is_weighted());
         let mut report = |point: &ConvergencePoint| {
@@ -409,7 +409,7 @@ impl Run<'_> {
             waypoints: waypoints.clone(),
             trajectory,
             certificate,
-            bound: LowerBound::elementary(waypoints, self.limits, duration),
+            bound: LowerBound::elementary(waypoints, self.limits).map(|b| b.against(duration)),
             metrics,
             pareto: front,
             per_joint,

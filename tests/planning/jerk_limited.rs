@@ -16,7 +16,7 @@ fn limits(rows: &[[f64; 3]]) -> Vec<KernelLimits> {
     rows.iter().map(|&derivatives| KernelLimits { derivatives, position: FREE }).collect()
 }
 
-fn bounds(limits: &[KernelLimits]) -> Vec<JointBounds> {
+pub fn bounds(limits: &[KernelLimits]) -> Vec<JointBounds> {
     let limit =
         |value: f64| value.is_finite().then(|| Limit { value, provenance: "the test".to_owned() });
     let joint = |(number, limits): (usize, &KernelLimits)| JointBounds {
@@ -56,7 +56,7 @@ fn certified(name: &str, waypoints: &[Vec<f64>], limits: &[KernelLimits], found:
     found.trajectory.duration()
 }
 
-fn problem(value: &Value) -> (Vec<Vec<f64>>, Vec<KernelLimits>) {
+pub fn problem(value: &Value) -> (Vec<Vec<f64>>, Vec<KernelLimits>) {
     let row = |row: &Value| -> Vec<f64> {
         row.as_array().unwrap().iter().map(|value| value.as_f64().unwrap()).collect()
     };
@@ -133,7 +133,7 @@ fn two_waypoints_take_the_closed_form_time() {
 
 /// What makes planning hard: joints that never move, coincident coordinates, segments a thousand times
 /// shorter than others, limits spread over decades, limits missing.
-fn nasty(seed: u64) -> (Vec<Vec<f64>>, Vec<KernelLimits>) {
+pub fn nasty(seed: u64) -> (Vec<Vec<f64>>, Vec<KernelLimits>) {
     let mut random = RandomStream::new(41, seed);
     let joints = 1 + (random.unit() * 9.0) as usize;
     let count = 2 + (random.unit() * 11.0) as usize;
@@ -266,21 +266,4 @@ fn results_repeat_on_any_thread() {
             assert_eq!(run.join().unwrap(), alone);
         }
     });
-}
-
-#[test]
-fn zz_bounds() {
-    let problems: Vec<Value> =
-        serde_json::from_str(include_str!("../data/random_problems.json")).unwrap();
-    for value in &problems {
-        let (waypoints, limits) = problem(value);
-        let found = fastest(&waypoints, &limits);
-        let d = found.trajectory.duration();
-        println!(
-            "{} {d:.5} {:.5} {:.3} %",
-            value["name"],
-            found.lower,
-            100.0 * (d / found.lower - 1.0)
-        );
-    }
 }

@@ -335,7 +335,7 @@ impl<'a> Posed<'a> {
     fn lower_bound(&self) -> Option<f64> {
         match self {
             Self::Timing { study, .. } => {
-                LowerBound::elementary(&study.task.waypoints, &study.limits, 1.0).map(|it| it.lower)
+                LowerBound::elementary(&study.task.waypoints, &study.limits).map(|it| it.lower)
             }
             Self::Function { .. } => None,
         }

@@ -20,7 +20,7 @@ use super::limits::JointBounds;
 pub struct LowerBound {
     /// No lawful trajectory through the waypoints is shorter, s.
     pub lower: f64,
-    /// How much longer the plan is, relative to `lower`.
+    /// How much longer the plan is, relative to `lower`; zero until compared.
     pub gap: f64,
     /// How it was proven.
     pub method: String,
@@ -28,13 +28,9 @@ pub struct LowerBound {
 
 impl LowerBound {
     /// What the limits say at once, without any trajectory: see [`elementary`]. None if nothing.
-    pub fn elementary(
-        waypoints: &[Vec<f64>],
-        limits: &[JointBounds],
-        duration: f64,
-    ) -> Option<Self> {
+    pub fn elementary(waypoints: &[Vec<f64>], limits: &[JointBounds]) -> Option<Self> {
         let method = "way over speed limit, with the acceleration limit's ramps at both ends";
-        Self::new(elementary(waypoints, limits), duration, method)
+        Self::new(elementary(waypoints, limits), method)
     }
 
     /// The best bound there is, given the durations of a lawful trajectory from rest to rest
@@ -43,7 +39,6 @@ impl LowerBound {
         waypoints: &[Vec<f64>],
         limits: &[JointBounds],
         (durations, prices): (&[f64], &Prices),
-        duration: f64,
     ) -> Option<Self> {
         let ways: Vec<Vec<f64>> = waypoints.windows(2).map(way).collect();
         let rows: Vec<[f64; 3]> =
@@ -55,19 +50,22 @@ impl LowerBound {
                 "segments priced by the states they share (docs/BOUND.md)",
             ),
         };
-        let simple = Self::elementary(waypoints, limits, duration);
+        let simple = Self::elementary(waypoints, limits);
         match simple {
             Some(simple) if !(simple.lower <= lower) => Some(simple),
-            _ => Self::new(lower, duration, method),
+            _ => Self::new(lower, method),
         }
     }
 
-    fn new(lower: f64, duration: f64, method: &str) -> Option<Self> {
-        (lower > 0.0 && lower.is_finite()).then(|| Self {
-            lower,
-            gap: duration / lower - 1.0,
-            method: method.to_owned(),
-        })
+    fn new(lower: f64, method: &str) -> Option<Self> {
+        let known = lower > 0.0 && lower.is_finite();
+        known.then(|| Self { lower, gap: 0.0, method: method.to_owned() })
+    }
+
+    /// The same, with the gap of a plan that takes `duration`, s.
+    #[must_use]
+    pub fn against(self, duration: f64) -> Self {
+        Self { gap: duration / self.lower - 1.0, ..self }
     }
 }
 
@@ -141,8 +139,7 @@ mod tests {
     #[test]
     fn is_exact_from_rest_to_rest() {
         let bound = |way: f64| {
-            LowerBound::elementary(&[vec![0.0], vec![way]], &[joint(2.0, 4.0)], 1.0)
-                .map(|b| b.lower)
+            LowerBound::elementary(&[vec![0.0], vec![way]], &[joint(2.0, 4.0)]).map(|b| b.lower)
         };
         assert_eq!(bound(4.0), Some(2.5));
         assert_eq!(bound(0.25), Some(0.5));

@@ -61,8 +61,8 @@ pub use stopping::alone;
 
 use std::ops::Range;
 
-use super::Trajectory;
 use super::Prices;
+use super::Trajectory;
 use super::kernel::KernelLimits;
 use crate::budget::Budget;
 

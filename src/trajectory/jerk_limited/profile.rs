@@ -1,8 +1,8 @@
 //! One joint's motion as pieces of constant jerk, and all joints' as a [`Trajectory`].
 
 use crate::math::lanes::{Lanes, WIDTH};
-use crate::trajectory::{Prices, Trajectory};
 use crate::trajectory::kernel::KernelLimits;
+use crate::trajectory::{Prices, Trajectory};
 
 use super::layout::{Units, before};
 use super::problem::{Iterate, Problem};
@@ -376,12 +376,7 @@ fn in_seconds(slopes: &[[Lanes; 2]], units: &Units, segments: usize) -> Prices {
 /// [`super::newton::Work`].
 ///
 /// Waypoints and continuity hold to rounding, limits only nearly.
-pub fn motion(
-    problem: &Problem,
-    point: &Iterate,
-    prices: &[[Lanes; 2]],
-    units: &Units,
-) -> Motion {
+pub fn motion(problem: &Problem, point: &Iterate, prices: &[[Lanes; 2]], units: &Units) -> Motion {
     let (n, k) = (problem.segments, problem.cells);
     let phases = (0..units.length.len()).map(|joint| {
         let (group, lane) = (joint / WIDTH, joint % WIDTH);

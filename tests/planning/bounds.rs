@@ -1,0 +1,92 @@
+//! The lower bound: attacked with prices of every kind, and how near it comes.
+
+use serde_json::Value;
+use takt::math::random::RandomStream;
+use takt::trajectory::jerk_limited::{Fastest, fastest};
+use takt::trajectory::kernel::KernelLimits;
+use takt::trajectory::{LowerBound, Prices};
+
+use crate::jerk_limited::{bounds, nasty, problem};
+
+/// The bound that `prices` prove, given the durations of the fastest motion known.
+fn lower(waypoints: &[Vec<f64>], limits: &[KernelLimits], found: &Fastest, prices: &Prices) -> f64 {
+    let lawful = (found.durations.as_slice(), prices);
+    LowerBound::proven(waypoints, &bounds(limits), lawful).map_or(0.0, |bound| bound.lower)
+}
+
+/// Whatever prices are asked, no bound may exceed the duration of a lawful trajectory.
+#[test]
+fn no_prices_prove_more_than_a_lawful_trajectory_needs() {
+    let mut random = RandomStream::new(11, 0);
+    let mut close = 0;
+    for seed in 0..60 {
+        let (waypoints, limits) = nasty(seed);
+        let found = fastest(&waypoints, &limits);
+        let duration = found.trajectory.duration();
+        for size in [0.0, 0.02, 0.3, 3.0, 100.0] {
+            let prices: Prices = found
+                .prices
+                .iter()
+                .map(|row| {
+                    row.iter()
+                        .map(|price| price.map(|p| p * (1.0 + size * random.uniform(-1.0, 1.0))))
+                        .collect()
+                })
+                .collect();
+            let bound = lower(&waypoints, &limits, &found, &prices);
+            assert!(bound <= duration * (1.0 + 1e-9), "{seed} {size}: {bound} > {duration}");
+            close += usize::from(size > 0.0 && bound > 0.95 * duration);
+        }
+    }
+    assert!(close > 50, "only {close} bounds with wrong prices are near enough to test anything");
+}
+
+/// The best known durations come from programmes that share no code with this one.
+#[test]
+fn bounds_lie_below_independent_optima_and_close_to_them() {
+    let problems: Vec<Value> =
+        serde_json::from_str(include_str!("../data/random_problems.json")).unwrap();
+    let mut gaps: Vec<f64> = problems
+        .iter()
+        .map(|value| {
+            let (waypoints, limits) = problem(value);
+            let found = fastest(&waypoints, &limits);
+            let bound = lower(&waypoints, &limits, &found, &found.prices);
+            let reference = value["reference"]["free"].as_f64().unwrap();
+            assert!(bound <= reference, "{}: {bound} > {reference}", value["name"]);
+            found.trajectory.duration() / bound - 1.0
+        })
+        .collect();
+    gaps.sort_by(f64::total_cmp);
+    assert!(gaps[gaps.len() / 2] < 0.005, "{gaps:?}");
+    assert!(gaps[gaps.len() - 1] < 0.01, "{gaps:?}");
+}
+
+/// Half of the problems of every kind are within a percent of their bound.
+#[test]
+fn most_random_problems_are_within_a_percent_of_their_bound() {
+    let mut gaps: Vec<f64> = (0..120)
+        .map(|seed| {
+            let (waypoints, limits) = nasty(seed);
+            let found = fastest(&waypoints, &limits);
+            let bound = lower(&waypoints, &limits, &found, &found.prices);
+            found.trajectory.duration() / bound - 1.0
+        })
+        .collect();
+    gaps.sort_by(f64::total_cmp);
+    assert!(gaps[0] > -1e-9 && gaps[gaps.len() / 2] < 0.01, "{gaps:?}");
+}
+
+/// Between two waypoints the bound is the optimum itself.
+#[test]
+fn two_waypoints_leave_no_gap() {
+    let free = [f64::NEG_INFINITY, f64::INFINITY];
+    for derivatives in [[2.0, 4.0, 30.0], [2.0, 4.0, f64::INFINITY], [2.0, f64::INFINITY, 9.0]] {
+        let limits = vec![KernelLimits { derivatives, position: free }; 2];
+        let waypoints = [vec![0.0, 1.0], vec![2.5, 0.5]];
+        let found = fastest(&waypoints, &limits);
+        let bound = lower(&waypoints, &limits, &found, &found.prices);
+        let gap = found.trajectory.duration() / bound - 1.0;
+        assert!(gap.abs() < 1e-9, "{derivatives:?}: {gap}");
+    }
+}
