@@ -5,7 +5,7 @@ use crate::trajectory::kernel::KernelLimits;
 use crate::trajectory::{Prices, Trajectory};
 
 use super::layout::{Units, before};
-use super::problem::{Iterate, Problem};
+use super::problem::{FREE, Iterate, Problem};
 
 /// Neighbouring pieces become one if their jerk differs by less than the first share of
 /// its limit, and what that does to acceleration and velocity is below the second of theirs.
@@ -83,15 +83,17 @@ impl Phase {
 #[derive(Clone, Debug)]
 pub struct Motion {
     pub durations: Vec<f64>,
-    /// What velocity and acceleration are worth where each segment starts.
+    /// What velocity and acceleration cost where each segment starts.
     pub prices: Prices,
+    /// What each limit of each joint holds back in each segment, see [`super::Fastest::gains`].
+    pub gains: Vec<Vec<[f64; 3]>>,
     pub phases: Vec<Vec<Vec<Phase>>>,
 }
 
 impl Motion {
     /// A motion of `joints` that has not yet begun.
     pub fn empty(joints: usize) -> Self {
-        Self { durations: vec![], prices: vec![], phases: vec![vec![]; joints] }
+        Self { durations: vec![], prices: vec![], gains: vec![], phases: vec![vec![]; joints] }
     }
 
     pub fn duration(&self) -> f64 {
@@ -102,14 +104,16 @@ impl Motion {
     pub fn split(mut self, segments: usize) -> (Self, Self) {
         let durations = self.durations.split_off(segments);
         let prices = self.prices.split_off(segments);
+        let gains = self.gains.split_off(segments);
         let phases = self.phases.iter_mut().map(|joint| joint.split_off(segments)).collect();
-        (self, Self { durations, prices, phases })
+        (self, Self { durations, prices, gains, phases })
     }
 
     /// Continues with `other`.
     pub fn append(&mut self, other: Self) {
         self.durations.extend(other.durations);
         self.prices.extend(other.prices);
+        self.gains.extend(other.gains);
         for (joint, phases) in self.phases.iter_mut().zip(other.phases) {
             joint.extend(phases);
         }
@@ -372,6 +376,31 @@ fn in_seconds(slopes: &[[Lanes; 2]], units: &Units, segments: usize) -> Prices {
     (0..segments).map(row).collect()
 }
 
+/// How much time each limit costs, in s per relative change: its multipliers times the limit,
+/// `[segment][joint]` of velocity, acceleration and jerk.
+fn gains(problem: &Problem, point: &Iterate, units: &Units) -> Vec<Vec<[f64; 3]>> {
+    let (n, k) = (problem.segments, problem.cells);
+    let one = |segment: usize, joint: usize| {
+        let (group, lane) = (joint / WIDTH, joint % WIDTH);
+        let mut sums = [0.0; 3];
+        for c in segment * k..(segment + 1) * k {
+            let z = point.cells[group * n * k + c].z.map(|z| z.0[lane]);
+            // At the goal velocity is given and its limit says nothing.
+            let at_end = if c + 1 < n * k { z[4] + z[5] } else { 0.0 };
+            let share = problem.shares[group * n * k + c].0[lane];
+            sums[0] += at_end + z[6] + z[7];
+            sums[1] += z[2] + z[3];
+            // The limit is on the change of acceleration in a cell: jerk times its duration.
+            sums[2] += (z[0] + z[1]) * share * point.durations[segment];
+        }
+        let limits = problem.groups[group].limits.map(|limit| limit.0[lane]);
+        [0, 1, 2].map(|e| if limits[e] < FREE { sums[e] * limits[e] * units.time } else { 0.0 })
+    };
+    let joints = units.length.len();
+    let row = |segment: usize| (0..joints).map(|joint| one(segment, joint)).collect();
+    (0..n).map(row).collect()
+}
+
 /// The motion that a solved programme describes, in seconds, rad and m; `prices` as in
 /// [`super::newton::Work`].
 ///
@@ -397,5 +426,6 @@ pub fn motion(problem: &Problem, point: &Iterate, prices: &[[Lanes; 2]], units: 
         phases: phases.collect(),
         durations: point.durations.iter().map(|h| h * units.time).collect(),
         prices: in_seconds(prices, units, n),
+        gains: gains(problem, point, units),
     }
 }

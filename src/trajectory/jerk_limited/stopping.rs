@@ -92,5 +92,6 @@ pub fn stopping(ways: &[Vec<f64>], limits: &[KernelLimits]) -> Motion {
     let phases = (0..limits.len()).map(joint).collect();
     // At rest every state costs nothing that could be told from here.
     let prices = vec![vec![[0.0; 2]; limits.len()]; ways.len()];
-    Motion { phases, prices, durations }
+    let gains = vec![vec![[0.0; 3]; limits.len()]; ways.len()];
+    Motion { phases, prices, gains, durations }
 }

@@ -159,8 +159,8 @@ fn attempt(
             if lawful && best.as_ref().is_none_or(|best| found.duration() < best.duration()) {
                 best = Some(found);
             } else if let Some(best) = &mut best {
-                // The finer programme's prices are the better ones.
-                best.prices = found.prices;
+                // The finer programme's multipliers are the better ones.
+                (best.prices, best.gains) = (found.prices, found.gains);
             }
             solved += 1;
         }
