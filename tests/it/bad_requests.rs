@@ -278,6 +278,7 @@ fn comparisons() -> Vec<Case> {
         compared("/task/success_tolerance", json!(2), &["/task/success_tolerance", "2"]),
         compared("/task/problems", json!([{"name": "p"}]), &["/task/problems/0/task", "missing"]),
         compared("/task/task/interpolation", json!("trapezoidal"), &["no search to compare"]),
+        compared("/task/task/interpolation", json!("jerk_limited"), &["no search to compare"]),
         compared("/task/task/optimizer", json!({"name": "ga"}), &["/task/task/optimizer"]),
         compared("/task/task/waypoints/0/0", json!(1e12), &["/task/task/waypoints/0/0"]),
         measured("/task/functions", json!(["f0"]), &["/task/functions/0", "`f0`"]),

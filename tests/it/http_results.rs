@@ -27,6 +27,41 @@ async fn metrics_and_certificates_come_per_leg_of_a_program() {
     }
 }
 
+/// The fastest motion of all is served as any other.
+#[tokio::test]
+async fn the_fastest_motion_is_planned_drawn_and_told() {
+    let server = Server::start().await;
+    let mut job = quick_job();
+    job["task"]["interpolation"] = json!("jerk_limited");
+    let address = server.succeeded(&job).await;
+    let result = server.json(&format!("{address}/result")).await;
+    let quintic = server.succeeded(&quick_job()).await;
+    let quintic = server.json(&format!("{quintic}/result")).await;
+    let duration = |result: &Value| result["duration"].as_f64().unwrap();
+    assert!(duration(&result) < 0.9 * duration(&quintic), "{}", result["duration"]);
+    assert_eq!(
+        (&result["interpolation"], &result["stop_reason"]),
+        (&json!("jerk_limited"), &json!("converged"))
+    );
+    assert_eq!(result["certificate"]["lawful"], true);
+    assert!(duration(&result) >= result["bound"]["lower"].as_f64().unwrap());
+    let curve = server.json(&format!("{address}/convergence")).await;
+    assert_eq!(curve, result["convergence"]);
+    for quantity in ["position", "velocity", "acceleration", "jerk"] {
+        let plot = server.get(&format!("{address}/plot.svg?quantity={quantity}")).await;
+        assert!(plot.text().await.unwrap().contains("<polyline"), "{quantity}");
+    }
+    let offered = server.json("/v1/interpolations").await;
+    let offered = offered["interpolations"].as_array().unwrap();
+    let entry = offered.iter().find(|entry| entry["name"] == "jerk_limited").unwrap();
+    assert_eq!((&entry["uses_optimizer"], &entry["max_segments"]), (&json!(false), &json!(1_999)));
+
+    job["task"]["optimizer"] = json!({"name": "pso"});
+    let refused = server.post("/v1/jobs", &job).await;
+    let refused = problem(refused, 422, "invalid_request").await;
+    assert!(refused["errors"][0]["detail"].as_str().unwrap().contains("leave out"), "{refused}");
+}
+
 #[tokio::test]
 async fn trajectories_come_as_polynomials_samples_csv_and_ros_messages() {
     let server = Server::start().await;

@@ -10,6 +10,7 @@ mod comparison;
 mod dual_search;
 mod extremes;
 mod families;
+mod fastest;
 mod first_generations;
 mod golden;
 mod honesty;

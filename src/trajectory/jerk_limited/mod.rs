@@ -141,7 +141,7 @@ pub fn fastest(waypoints: &[Vec<f64>], limits: &[KernelLimits]) -> Fastest {
 }
 
 /// The same, as far as `budget` allows: what is not planned by then stops at every waypoint.
-/// `tell` hears how planning proceeds.
+/// `tell` hears how planning proceeds: at the start, after every window of a long list, and at the end.
 pub fn fastest_within(
     waypoints: &[Vec<f64>],
     limits: &[KernelLimits],
@@ -161,6 +161,7 @@ pub fn fastest_within(
     let stopping = to_go[0];
     let mut watch =
         Watch { budget, tell, to_go, first: 0, start: 0.0, iterations: 0, best: stopping };
+    (watch.tell)(Stage { iterations: 0, duration: stopping });
     let mut whole = Motion::empty(limits.len());
     let (mut converged, mut moves) = (true, ways.len() == 1);
     // The list's parts between stops, the first one last.
@@ -179,6 +180,7 @@ pub fn fastest_within(
             Err(stops) => divide(part, &stops, &mut parts),
         }
     }
+    (watch.tell)(Stage { iterations: watch.iterations, duration: whole.duration() });
     let (trajectory, times) = whole.trajectory(waypoints);
     Fastest {
         trajectory,

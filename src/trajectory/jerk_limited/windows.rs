@@ -63,6 +63,11 @@ pub fn plan(ways: &[Vec<f64>], limits: &[KernelLimits], watch: &mut Watch) -> Pl
     let mut ahead: Option<Motion> = None;
     let mut first = 0;
     while first < ways.len() {
+        if watch.is_over() {
+            all.converged = false;
+            all.motion.append(in_hand(ahead, &ways[first..], limits));
+            break;
+        }
         let last = ways.len().min(first + MAX_SEGMENTS);
         let window = &ways[first..last];
         let (found, iterations) = attempt(window, limits, &states, ahead.as_ref(), watch);
@@ -79,10 +84,19 @@ pub fn plan(ways: &[Vec<f64>], limits: &[KernelLimits], watch: &mut Watch) -> Pl
         states = if kept == planned { rest.clone() } else { kept_part.end() };
         all.motion.append(kept_part);
         first += kept;
-        watch.report(all.iterations, first, all.motion.duration(), &others);
-        ahead = (kept < planned).then_some(others);
+        if kept < planned {
+            watch.report(all.iterations, first, all.motion.duration(), &others);
+            ahead = Some(others);
+        }
     }
     all
+}
+
+/// A motion along `ways` without further planning: what is known, then stops.
+fn in_hand(ahead: Option<Motion>, ways: &[Vec<f64>], limits: &[KernelLimits]) -> Motion {
+    let mut motion = ahead.unwrap_or_else(|| Motion::empty(limits.len()));
+    motion.append(stopping(&ways[motion.durations.len()..], limits));
+    motion
 }
 
 /// How many segments of a window to keep: at least [`AHEAD`] remain, and the next
