@@ -11,10 +11,11 @@ pub mod kernel;
 mod limits;
 pub mod objective;
 mod polynomial_trajectory;
+mod rest_to_rest;
 pub mod timing;
 pub mod weighted;
 
-pub use bound::{LowerBound, Prices};
+pub use bound::{LowerBound, Prices, lower_bound};
 pub use certificate::{Certificate, Clearance, JointCertificate, Peak, PositionRange, Violation};
 pub use export::{
     ExportError, JointTrajectory, JointTrajectoryPoint, MAX_SAMPLES, Quantity, RosDuration,

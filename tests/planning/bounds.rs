@@ -4,14 +4,17 @@ use serde_json::Value;
 use takt::math::random::RandomStream;
 use takt::trajectory::jerk_limited::{Fastest, fastest};
 use takt::trajectory::kernel::KernelLimits;
-use takt::trajectory::{LowerBound, Prices};
+use takt::trajectory::{Prices, lower_bound};
 
-use crate::jerk_limited::{bounds, nasty, problem};
+use crate::jerk_limited::{nasty, problem};
 
 /// The bound that `prices` prove, given the durations of the fastest motion known.
 fn lower(waypoints: &[Vec<f64>], limits: &[KernelLimits], found: &Fastest, prices: &Prices) -> f64 {
-    let lawful = (found.durations.as_slice(), prices);
-    LowerBound::proven(waypoints, &bounds(limits), lawful).map_or(0.0, |bound| bound.lower)
+    let way =
+        |pair: &[Vec<f64>]| pair[1].iter().zip(&pair[0]).map(|(to, from)| to - from).collect();
+    let ways: Vec<Vec<f64>> = waypoints.windows(2).map(way).collect();
+    let rows: Vec<[f64; 3]> = limits.iter().map(|limit| limit.derivatives).collect();
+    lower_bound(&ways, &rows, &found.durations, prices)
 }
 
 /// Whatever prices are asked, no bound may exceed the duration of a lawful trajectory.
@@ -51,7 +54,7 @@ fn bounds_lie_below_independent_optima_and_close_to_them() {
         .map(|value| {
             let (waypoints, limits) = problem(value);
             let found = fastest(&waypoints, &limits);
-            let bound = lower(&waypoints, &limits, &found, &found.prices);
+            let bound = found.lower;
             let reference = value["reference"]["free"].as_f64().unwrap();
             assert!(bound <= reference, "{}: {bound} > {reference}", value["name"]);
             found.trajectory.duration() / bound - 1.0
@@ -69,7 +72,7 @@ fn most_random_problems_are_within_a_percent_of_their_bound() {
         .map(|seed| {
             let (waypoints, limits) = nasty(seed);
             let found = fastest(&waypoints, &limits);
-            let bound = lower(&waypoints, &limits, &found, &found.prices);
+            let bound = found.lower;
             found.trajectory.duration() / bound - 1.0
         })
         .collect();
@@ -85,7 +88,7 @@ fn two_waypoints_leave_no_gap() {
         let limits = vec![KernelLimits { derivatives, position: free }; 2];
         let waypoints = [vec![0.0, 1.0], vec![2.5, 0.5]];
         let found = fastest(&waypoints, &limits);
-        let bound = lower(&waypoints, &limits, &found, &found.prices);
+        let bound = found.lower;
         let gap = found.trajectory.duration() / bound - 1.0;
         assert!(gap.abs() < 1e-9, "{derivatives:?}: {gap}");
     }

@@ -5,6 +5,7 @@
 
 mod decomposition;
 mod payment;
+mod programme;
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -12,8 +13,8 @@ use utoipa::ToSchema;
 pub use decomposition::Prices;
 use decomposition::decomposed;
 
-use super::jerk_limited::alone;
 use super::limits::JointBounds;
+use super::rest_to_rest::alone;
 
 /// A proven lower bound on the duration of any lawful trajectory.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -33,28 +34,14 @@ impl LowerBound {
         Self::new(elementary(waypoints, limits), method)
     }
 
-    /// The best bound there is, given the durations of a lawful trajectory from rest to rest
-    /// and prices of its states (see [`decomposition`]). None if no limit says anything.
-    pub fn proven(
-        waypoints: &[Vec<f64>],
-        limits: &[JointBounds],
-        (durations, prices): (&[f64], &Prices),
-    ) -> Option<Self> {
-        let ways: Vec<Vec<f64>> = waypoints.windows(2).map(way).collect();
-        let rows: Vec<[f64; 3]> =
-            limits.iter().map(|limit| [0, 1, 2].map(|order| limit.derivative(order))).collect();
-        let (lower, method) = match ways.as_slice() {
-            [way] => (alone_at_best(way, &rows), "the slowest joint's optimum from rest to rest"),
-            ways => (
-                decomposed(ways, &rows, durations, prices),
-                "segments priced by the states they share (docs/BOUND.md)",
-            ),
+    /// The better of the elementary bound and `lower`, which [`lower_bound`] found.
+    pub fn proven(waypoints: &[Vec<f64>], limits: &[JointBounds], lower: f64) -> Option<Self> {
+        let method = match waypoints.len() {
+            2 => "the slowest joint's optimum from rest to rest",
+            _ => "segments priced by the states they share (docs/BOUND.md)",
         };
-        let simple = Self::elementary(waypoints, limits);
-        match simple {
-            Some(simple) if !(simple.lower <= lower) => Some(simple),
-            _ => Self::new(lower, method),
-        }
+        let elementary = Self::elementary(waypoints, limits);
+        elementary.filter(|bound| bound.lower > lower).or_else(|| Self::new(lower, method))
     }
 
     fn new(lower: f64, method: &str) -> Option<Self> {
@@ -69,13 +56,22 @@ impl LowerBound {
     }
 }
 
-fn way(pair: &[Vec<f64>]) -> Vec<f64> {
-    pair[1].iter().zip(&pair[0]).map(|(to, from)| to - from).collect()
-}
-
-/// The time of the slowest joint from rest to rest: attained, because every other can be as slow.
-fn alone_at_best(way: &[f64], limits: &[[f64; 3]]) -> f64 {
-    way.iter().zip(limits).map(|(way, limit)| alone(*way, *limit)).fold(0.0, f64::max)
+/// A duration in s below which no trajectory from rest to rest along `ways[segment][joint]` is lawful, given
+/// the durations of one that is, and prices of its states (see [`decomposition`]). Zero if nothing is known.
+///
+/// `limits` are of velocity, acceleration and jerk, infinite where there is none.
+pub fn lower_bound(
+    ways: &[Vec<f64>],
+    limits: &[[f64; 3]],
+    durations: &[f64],
+    prices: &Prices,
+) -> f64 {
+    let lower = match ways {
+        // The slowest joint's optimum: attained, because every other can be as slow.
+        [way] => way.iter().zip(limits).map(|(way, limit)| alone(*way, *limit)).fold(0.0, f64::max),
+        ways => decomposed(ways, limits, durations, prices),
+    };
+    if lower > 0.0 { lower } else { 0.0 }
 }
 
 /// A bound from velocity and acceleration limits alone, s.

@@ -57,13 +57,11 @@ mod step;
 mod stopping;
 mod windows;
 
-pub use stopping::alone;
-
 use std::ops::Range;
 
-use super::Prices;
-use super::Trajectory;
+use super::bound::lower_bound;
 use super::kernel::KernelLimits;
+use super::{Prices, Trajectory};
 use crate::budget::Budget;
 
 use profile::Motion;
@@ -77,6 +75,8 @@ pub struct Fastest {
     pub durations: Vec<f64>,
     /// When each waypoint is reached, s.
     pub times: Vec<f64>,
+    /// No lawful trajectory is shorter, s; position limits aside. Zero if nothing is known.
+    pub lower: f64,
     /// How long it would take with a stop at every waypoint, s.
     pub stopping: f64,
     /// Newton steps.
@@ -148,51 +148,99 @@ pub fn fastest_within(
     budget: &Budget,
     tell: &mut dyn FnMut(Stage),
 ) -> Fastest {
-    let ways: Vec<Vec<f64>> = waypoints
-        .windows(2)
-        .map(|pair| pair[1].iter().zip(&pair[0]).map(|(to, from)| to - from).collect())
-        .collect();
-    let limits = layout::effective(&ways, limits);
-    let stops = stopped(&ways, &limits);
+    let rows: Vec<[f64; 3]> = limits.iter().map(|limit| limit.derivatives).collect();
+    let limits = layout::effective(&ways(waypoints), limits);
+    let bound = |plan: &Plan, waypoints: &[Vec<f64>]| {
+        lower_bound(&ways(waypoints), &rows, &plan.motion.durations, &plan.motion.prices)
+    };
+    let mut plan = one_way(waypoints, &limits, budget, 0, tell);
+    let mut lower = bound(&plan, waypoints);
+    let short = (3..=SECOND_LOOK.1).contains(&waypoints.len());
+    if short && plan.motion.duration() > SECOND_LOOK.0 * lower {
+        // Backwards in time the optimum is the same, but the search takes another way to it.
+        let reversed: Vec<Vec<f64>> = waypoints.iter().rev().cloned().collect();
+        let back = one_way(&reversed, &limits, budget, plan.iterations, tell);
+        lower = lower.max(bound(&back, &reversed));
+        let iterations = back.iterations;
+        if back.motion.duration() < plan.motion.duration() {
+            plan = Plan { motion: back.motion.reversed(), ..back };
+        }
+        plan.iterations = iterations;
+    }
+    let (trajectory, times) = plan.motion.trajectory(waypoints);
+    Fastest {
+        trajectory,
+        durations: plan.motion.durations,
+        prices: plan.motion.prices,
+        gains: plan.motion.gains,
+        times,
+        lower,
+        stopping: plan.stopping,
+        iterations: plan.iterations,
+        converged: plan.converged,
+        stops: !plan.moves,
+    }
+}
+
+/// A motion is planned once more, backwards, where it takes more than this many times its lower bound, and
+/// has at most so many waypoints.
+const SECOND_LOOK: (f64, usize) = (1.02, 40);
+
+fn ways(waypoints: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let way =
+        |pair: &[Vec<f64>]| pair[1].iter().zip(&pair[0]).map(|(to, from)| to - from).collect();
+    waypoints.windows(2).map(way).collect()
+}
+
+/// A motion and how it was found.
+struct Plan {
+    motion: Motion,
+    iterations: usize,
+    converged: bool,
+    /// False if it stops at every waypoint because nothing faster was found.
+    moves: bool,
+    /// How long it would take with a stop at every waypoint, s.
+    stopping: f64,
+}
+
+/// Plans forwards; `iterations` went before.
+fn one_way(
+    waypoints: &[Vec<f64>],
+    limits: &[KernelLimits],
+    budget: &Budget,
+    iterations: usize,
+    tell: &mut dyn FnMut(Stage),
+) -> Plan {
+    let ways = ways(waypoints);
+    let stops = stopped(&ways, limits);
     let mut to_go = vec![0.0; waypoints.len()];
     for (segment, duration) in stops.durations.iter().enumerate().rev() {
         to_go[segment] = to_go[segment + 1] + duration;
     }
     let stopping = to_go[0];
-    let mut watch =
-        Watch { budget, tell, to_go, first: 0, start: 0.0, iterations: 0, best: stopping };
-    (watch.tell)(Stage { iterations: 0, duration: stopping });
-    let mut whole = Motion::empty(limits.len());
+    let mut watch = Watch { budget, tell, to_go, first: 0, start: 0.0, iterations, best: stopping };
+    (watch.tell)(Stage { iterations, duration: stopping });
+    let mut motion = Motion::empty(limits.len());
     let (mut converged, mut moves) = (true, ways.len() == 1);
     // The list's parts between stops, the first one last.
-    let mut parts: Vec<Range<usize>> = vec![0..ways.len()];
+    let whole = 0..ways.len();
+    let mut parts = Vec::from([whole]);
     while let Some(part) = parts.pop() {
-        (watch.first, watch.start) = (part.start, whole.duration());
+        (watch.first, watch.start) = (part.start, motion.duration());
         let own = &ways[part.clone()];
-        let planned = windows::plan(own, &limits, &mut watch);
+        let planned = windows::plan(own, limits, &mut watch);
         watch.iterations += planned.iterations;
         converged &= planned.converged;
-        match judge(planned, own, &waypoints[part.start..=part.end], &limits, &watch) {
-            Ok((motion, stops)) => {
+        match judge(planned, own, &waypoints[part.start..=part.end], limits, &watch) {
+            Ok((found, stops)) => {
                 moves |= !stops;
-                whole.append(motion);
+                motion.append(found);
             }
             Err(stops) => divide(part, &stops, &mut parts),
         }
     }
-    (watch.tell)(Stage { iterations: watch.iterations, duration: whole.duration() });
-    let (trajectory, times) = whole.trajectory(waypoints);
-    Fastest {
-        trajectory,
-        durations: whole.durations,
-        prices: whole.prices,
-        gains: whole.gains,
-        times,
-        stopping,
-        iterations: watch.iterations,
-        converged,
-        stops: !moves,
-    }
+    (watch.tell)(Stage { iterations: watch.iterations, duration: motion.duration() });
+    Plan { motion, iterations: watch.iterations, converged, moves, stopping }
 }
 
 /// A part's motion and whether it stops everywhere; or waypoints of the part at which

@@ -119,6 +119,28 @@ impl Motion {
         }
     }
 
+    /// The same motion backwards in time: velocities and jerks change sign, accelerations do not.
+    pub fn reversed(mut self) -> Self {
+        for segment in self.phases.iter_mut().flatten() {
+            let Some(last) = segment.last() else { continue };
+            let (way, end) = (last.at(last.length)[0], last.start + last.length);
+            for phase in segment.iter_mut() {
+                let [x, v, a, j] = phase.at(phase.length);
+                phase.start = end - (phase.start + phase.length);
+                phase.state = [x - way, -v, a, -j];
+            }
+            segment.reverse();
+        }
+        self.phases.iter_mut().for_each(|joint| joint.reverse());
+        self.durations.reverse();
+        self.gains.reverse();
+        // What was paid where a segment starts is now given back where it ends.
+        self.prices.reverse();
+        self.prices.rotate_right(1);
+        self.prices.iter_mut().flatten().for_each(|price| price[1] = -price[1]);
+        self
+    }
+
     /// Each joint's velocity and acceleration at the end.
     pub fn end(&self) -> Vec<[f64; 2]> {
         let end = |joint: &Vec<Vec<Phase>>| {
