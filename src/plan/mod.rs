@@ -5,6 +5,7 @@ mod error;
 mod limits;
 mod metrics;
 mod objectives;
+mod optimum;
 mod pareto;
 mod prepare;
 mod prepared;

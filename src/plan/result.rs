@@ -108,6 +108,20 @@ pub struct PlanMetrics {
     pub path_length: Vec<f64>,
     /// Limits that keep the trajectory from being shorter.
     pub binding: Vec<Binding>,
+    /// With `jerk_limited`, what more of each limit would save, most first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub sensitivities: Vec<Sensitivity>,
+}
+
+/// What more of a limit saves.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Sensitivity {
+    /// Joint name.
+    pub joint: String,
+    /// `velocity`, `acceleration` or `jerk`.
+    pub limit: String,
+    /// By how much the optimum gets shorter if the limit is one percent higher, s, to first order.
+    pub seconds_per_percent: f64,
 }
 
 /// A limit that is reached.

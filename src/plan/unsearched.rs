@@ -1,14 +1,15 @@
 //! Motions whose durations no optimizer searches.
 
 use super::error::PlanError;
+use super::optimum::Optimum;
 use super::prepared::Progress;
 use super::waypoints::{Run, Timed, required_scale, times};
 use crate::budget::StopReason;
 use crate::optimize::{ConvergencePoint, Solution};
+use crate::trajectory::Trajectory;
 use crate::trajectory::interpolation::{Profile, ProfileLimits};
 use crate::trajectory::jerk_limited::{Stage, fastest_within};
 use crate::trajectory::kernel::KernelLimits;
-use crate::trajectory::{LowerBound, Trajectory};
 
 /// Rounds in which a motion loses what rounding left above a limit.
 const ROUNDINGS: usize = 4;
@@ -57,6 +58,7 @@ impl Run<'_> {
             per_joint: None,
             reference: None,
             front: None,
+            optimum: None,
         }
     }
 
@@ -83,8 +85,7 @@ impl Run<'_> {
     pub(super) fn fastest(&self) -> Result<Timed, PlanError> {
         let limits: Vec<KernelLimits> =
             self.limits.iter().map(|limit| limit.kernel(self.orders())).collect();
-        let lower_bound =
-            LowerBound::elementary(&self.task.waypoints, self.limits).map(|b| b.lower);
+        let lower_bound = self.lower_bound();
         let mut convergence = Vec::new();
         let mut tell = |stage: Stage| {
             let point = ConvergencePoint {
@@ -108,6 +109,9 @@ impl Run<'_> {
         };
         let found = fastest_within(&self.task.waypoints, &limits, self.budget, &mut tell);
         self.still_wanted()?;
+        // With fewer limits than there are the motion says nothing about lawful ones.
+        let optimum =
+            (self.orders() == 3).then(|| Optimum::of(&found, &self.task.waypoints, self.limits));
         let (mut trajectory, mut durations) = (found.trajectory, found.durations);
         for _ in 0..ROUNDINGS {
             let scale = required_scale(&trajectory, self.limits, self.orders());
@@ -136,6 +140,7 @@ impl Run<'_> {
             per_joint: None,
             reference: None,
             front: None,
+            optimum,
         })
     }
 }

@@ -4,6 +4,7 @@ use serde_json::json;
 
 use super::error::PlanError;
 use super::metrics::metrics;
+use super::optimum::Optimum;
 use super::pareto::{self, ParetoFront};
 use super::prepared::{LEAST_WAY, PreparedPlan, PreparedWaypoints, Progress};
 use super::request::{Clock, ConstraintHandling, Constraints, DurationGoal, DurationRange};
@@ -45,7 +46,10 @@ pub fn plan_from(
     budget: &Budget,
     progress: &dyn Fn(Progress),
 ) -> Result<TrajectoryResult, PlanError> {
-    let run = Run { task, limits: &plan.limits, hints, seed, budget, progress };
+    let alone = !matches!(task.interpolation.timing, Timing::Free) || orders(task) < 3;
+    // The fastest motion itself says how short any could be.
+    let optimum = alone.then(|| Optimum::find(&task.waypoints, &plan.limits, budget));
+    let run = Run { task, limits: &plan.limits, hints, seed, budget, progress, optimum };
     let stopped = || budget.stop_reason(0).and_then(PlanError::stopped);
     let timed = match &task.interpolation.timing {
         Timing::Search(kernel) => run.search(*kernel)?,
@@ -98,6 +102,8 @@ pub(super) struct Run<'a> {
     pub(super) seed: u64,
     pub(super) budget: &'a Budget,
     pub(super) progress: &'a dyn Fn(Progress),
+    /// What the limits admit, unless the plan itself will tell.
+    pub(super) optimum: Option<Optimum>,
 }
 
 /// A plan in seconds, before it is certified.
@@ -111,6 +117,8 @@ pub(super) struct Timed {
     /// Measures of the fastest motion, where they were needed.
     pub(super) reference: Option<Measures>,
     pub(super) front: Option<ParetoFront>,
+    /// What the limits admit, where planning told.
+    pub(super) optimum: Option<Optimum>,
 }
 
 /// Segment durations, how they were found, and each joint's own.
@@ -119,6 +127,13 @@ type Found = (Vec<f64>, Solution, Option<Vec<JointOptimum>>);
 impl Run<'_> {
     pub(super) fn orders(&self) -> usize {
         orders(self.task)
+    }
+
+    /// No lawful trajectory is shorter, s, as far as known before planning.
+    pub(super) fn lower_bound(&self) -> Option<f64> {
+        let elementary = || LowerBound::elementary(&self.task.waypoints, self.limits);
+        let bound = self.optimum.as_ref().map_or_else(elementary, |it| it.bound.clone());
+        bound.map(|bound| bound.lower)
     }
 
     fn problem(&self, kernel: &'static dyn Kernel, joints: &[usize]) -> TimingProblem {
@@ -144,9 +159,8 @@ impl Run<'_> {
     ) -> Result<(Vec<f64>, Solution), PlanError> {
         let settings = &self.task.settings;
         let mut optimizer = (self.task.optimizer.build)(settings, problem, seed);
-        let bound = LowerBound::elementary(&self.task.waypoints, self.limits).map(|b| b.lower);
         // A bound on the duration says nothing about a weighted sum.
-        let lower = bound.filter(|_| !self.task.weights.is_weighted());
+        let lower = self.lower_bound().filter(|_| !self.task.weights.is_weighted());
         let mut report = |point: &ConvergencePoint| {
             (self.progress)(Progress {
                 leg: None,
@@ -202,6 +216,7 @@ impl Run<'_> {
             per_joint,
             reference,
             front: None,
+            optimum: None,
         };
         if let Some(request) = &self.task.pareto {
             let fastest = fastest.unwrap_or_else(|| timed.durations.clone());
@@ -229,6 +244,7 @@ impl Run<'_> {
             per_joint: None,
             reference: None,
             front: None,
+            optimum: None,
         }
     }
 
@@ -333,12 +349,7 @@ impl Run<'_> {
             Some(DurationGoal::AtMost(wanted)) => (wanted, false),
         };
         if shortest > wanted * (1.0 + 1e-12) {
-            let message = format!(
-                "{} with {} needs {shortest:.6} s within the limits, more than the {wanted} s asked for",
-                self.task.interpolation.name, self.task.optimizer.name
-            );
-            let details = json!({ "duration": shortest, "wanted": wanted });
-            return Err(PlanError::unreachable(message, details));
+            return Err(self.too_short(wanted, shortest, &timed));
         }
         if exactly {
             let factor = wanted / shortest;
@@ -350,6 +361,41 @@ impl Run<'_> {
             }
         }
         Ok(timed)
+    }
+
+    /// Why the plan takes longer than was wanted: no trajectory can do it, or only this one cannot.
+    fn too_short(&self, wanted: f64, shortest: f64, timed: &Timed) -> PlanError {
+        let task = self.task;
+        let by = match task.interpolation.timing {
+            Timing::Search(_) => {
+                format!("{} with {}", task.interpolation.name, task.optimizer.name)
+            }
+            _ => task.interpolation.name.to_owned(),
+        };
+        let mut message = format!(
+            "{by} needs {shortest:.6} s within the limits, more than the {wanted} s asked for"
+        );
+        let optimum = timed.optimum.as_ref().or(self.optimum.as_ref());
+        let lower = optimum.and_then(|it| it.bound.as_ref()).map(|bound| bound.lower);
+        let binding = optimum.map_or(&[][..], |it| &it.sensitivities);
+        let fastest = optimum.map_or(shortest, |it| it.duration.min(shortest));
+        if let Some(lower) = lower.filter(|lower| *lower > wanted) {
+            message +=
+                &format!("; no lawful trajectory takes less than {lower:.6} s, whatever its curve");
+            if let Some(first) = binding.first() {
+                message += &format!(
+                    ", most of all because of the {} limit of {}",
+                    first.limit, first.joint
+                );
+            }
+        } else if fastest <= wanted {
+            message += &format!("; jerk_limited takes {fastest:.6} s");
+        }
+        let details = json!({
+            "duration": shortest, "wanted": wanted, "lower_bound": lower, "fastest": fastest,
+            "binding": binding,
+        });
+        PlanError::unreachable(message, details)
     }
 
     /// Some plans are right on paper but nothing a computer can follow, as
@@ -387,6 +433,7 @@ impl Run<'_> {
             per_joint,
             reference,
             front,
+            optimum,
         } = timed;
         let waypoints = &self.task.waypoints;
         let waypoint_times = times(&durations, trajectory.duration());
@@ -394,7 +441,10 @@ impl Run<'_> {
             waypoint_times.iter().copied().zip(waypoints.iter().map(Vec::as_slice)).collect();
         let certificate = Certificate::new(&trajectory, self.limits, &due);
         let duration = trajectory.duration();
+        let bound = optimum.as_ref().or(self.optimum.as_ref()).and_then(|it| it.bound.clone());
+        let bound = bound.map(|bound| bound.against(duration));
         let metrics = PlanMetrics {
+            sensitivities: optimum.map(|it| it.sensitivities).unwrap_or_default(),
             objective: Measures::of_trajectory(&trajectory),
             reference,
             ..metrics(&trajectory, self.limits, &waypoint_times, initial_duration)
@@ -409,7 +459,7 @@ impl Run<'_> {
             waypoints: waypoints.clone(),
             trajectory,
             certificate,
-            bound: LowerBound::elementary(waypoints, self.limits).map(|b| b.against(duration)),
+            bound,
             metrics,
             pareto: front,
             per_joint,

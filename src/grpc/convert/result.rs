@@ -7,7 +7,7 @@ use crate::grpc::proto;
 use crate::optimize::ConvergencePoint;
 use crate::plan::{
     Binding, ComparisonResult, JointOptimum, LegResult, ParetoAxis, ParetoFront, ParetoPoint,
-    PlanMetrics, PlanResult, ProgramResult, TrajectoryResult,
+    PlanMetrics, PlanResult, ProgramResult, Sensitivity, TrajectoryResult,
 };
 use crate::trajectory::objective::Measures;
 use crate::trajectory::{
@@ -64,6 +64,7 @@ message_form!(PlanMetrics {
     binding,
     objective: Defaulted,
     reference,
+    sensitivities,
 });
 
 message_form!(Measures { time, rms_jerk, energy });
@@ -75,6 +76,8 @@ message_form!(ParetoAxis { name, unit });
 message_form!(ParetoPoint { values, durations, worst_ratio });
 
 message_form!(Binding { segment, joint, limit });
+
+message_form!(Sensitivity { joint, limit, seconds_per_percent });
 
 message_form!(JointOptimum { joint, durations, duration, evaluations });
 

@@ -16,10 +16,10 @@ use crate::optimize::{
     ConvergencePoint, Objective, OptimizerEntry, SideBySide, Solution, minimize, optimizer,
 };
 use crate::plan::error::PlanError;
+use crate::plan::optimum::Optimum;
 use crate::plan::prepared::Progress;
 use crate::plan::result::PlanResult;
 use crate::plan::waypoints::pose;
-use crate::trajectory::LowerBound;
 use crate::trajectory::interpolation::Timing;
 use crate::trajectory::kernel::Kernel;
 use crate::trajectory::timing::TimingProblem;
@@ -78,7 +78,8 @@ type Best = Mutex<Option<(f64, usize, Vec<f64>)>>;
 impl Session<'_> {
     fn problem(&self, problem: &StudyProblem) -> Result<ProblemResult, PlanError> {
         let posed = Posed::new(problem)?;
-        let (optimum, lower_bound) = (self.optimum(&posed)?, posed.lower_bound());
+        let lower_bound = posed.lower_bound(self.budget);
+        let optimum = self.optimum(&posed, lower_bound)?;
         let tolerance = self.study.tolerance;
         let bar = optimum.as_ref().map_or(f64::INFINITY, |it| row::threshold(it.value, tolerance));
         let jobs: Vec<(&StudyMethod, u32)> = self
@@ -128,7 +129,11 @@ impl Session<'_> {
     }
 
     /// The optimum to compare with.
-    fn optimum(&self, posed: &Posed<'_>) -> Result<Option<KnownOptimum>, PlanError> {
+    fn optimum(
+        &self,
+        posed: &Posed<'_>,
+        lower_bound: Option<f64>,
+    ) -> Result<Option<KnownOptimum>, PlanError> {
         let exact = match posed {
             Posed::Timing { exact, .. } => &**exact,
             Posed::Function { function, dimension, shifted } => {
@@ -140,7 +145,7 @@ impl Session<'_> {
         let Some(entry) = optimizer("exact") else { return Ok(None) };
         let settings = entry.settings(&Default::default(), "", &mut Default::default());
         let mut search = (entry.build)(&settings, exact, self.seed);
-        let mut watch = Watch::new(self.reporter, posed.name(), "exact", posed.lower_bound(), true);
+        let mut watch = Watch::new(self.reporter, posed.name(), "exact", lower_bound, true);
         let mut report = |point: &ConvergencePoint| watch.see(point);
         let iterations = settings.integer("iterations");
         let solution = minimize(exact, search.as_mut(), iterations, self.budget, &mut report);
@@ -332,10 +337,11 @@ impl<'a> Posed<'a> {
         }
     }
 
-    fn lower_bound(&self) -> Option<f64> {
+    fn lower_bound(&self, budget: &Budget) -> Option<f64> {
         match self {
             Self::Timing { study, .. } => {
-                LowerBound::elementary(&study.task.waypoints, &study.limits).map(|it| it.lower)
+                let optimum = Optimum::find(&study.task.waypoints, &study.limits, budget);
+                optimum.bound.map(|bound| bound.lower)
             }
             Self::Function { .. } => None,
         }

@@ -1,0 +1,58 @@
+//! What the limits admit, whatever the curve: the fastest motion, how short any could be, and which
+//! limits hold it back.
+
+use super::result::Sensitivity;
+use crate::budget::Budget;
+use crate::trajectory::jerk_limited::{Fastest, fastest_within};
+use crate::trajectory::kernel::KernelLimits;
+use crate::trajectory::{DERIVATIVES, JointBounds, LowerBound};
+
+/// Savings below this share of the duration, per doubling of a limit, are rounding.
+const LEAST_SAVING: f64 = 1e-4;
+
+/// What the limits admit.
+pub(super) struct Optimum {
+    /// Duration of the fastest lawful motion known, s.
+    pub duration: f64,
+    /// A proven lower bound on the duration of any.
+    pub bound: Option<LowerBound>,
+    /// What the fastest motion would gain, most first.
+    pub sensitivities: Vec<Sensitivity>,
+}
+
+impl Optimum {
+    /// Plans the fastest motion through `waypoints`, as far as `budget` allows.
+    pub fn find(waypoints: &[Vec<f64>], limits: &[JointBounds], budget: &Budget) -> Self {
+        let rows: Vec<KernelLimits> = limits.iter().map(|limit| limit.kernel(3)).collect();
+        Self::of(&fastest_within(waypoints, &rows, budget, &mut |_| {}), waypoints, limits)
+    }
+
+    /// What the fastest motion found says; it must have been planned with all limits.
+    pub fn of(found: &Fastest, waypoints: &[Vec<f64>], limits: &[JointBounds]) -> Self {
+        Self {
+            duration: found.trajectory.duration(),
+            bound: LowerBound::proven(waypoints, limits, found.lower),
+            sensitivities: sensitivities(found, limits),
+        }
+    }
+}
+
+/// What one percent more of each limit saves, most first.
+fn sensitivities(found: &Fastest, limits: &[JointBounds]) -> Vec<Sensitivity> {
+    let least = LEAST_SAVING * found.trajectory.duration();
+    let mut all = Vec::new();
+    for (joint, limit) in limits.iter().enumerate() {
+        for (order, name) in DERIVATIVES.iter().enumerate() {
+            let saving: f64 = found.gains.iter().map(|row| row[joint][order]).sum();
+            if saving > least {
+                all.push(Sensitivity {
+                    joint: limit.name.clone(),
+                    limit: (*name).to_owned(),
+                    seconds_per_percent: 0.01 * saving,
+                });
+            }
+        }
+    }
+    all.sort_by(|a, b| b.seconds_per_percent.total_cmp(&a.seconds_per_percent));
+    all
+}
