@@ -94,7 +94,9 @@ impl Panel<'_, '_> {
         let Frame { left, right, top, bottom } = self.frame;
         let look = TextLook { bold: true, ..TextLook::NORMAL };
         self.canvas.text(&problem.name, (left, top - 10.0), Align::Left, look);
-        for tick in self.x.ticks(3) {
+        // Percentages are written out and need more room.
+        let ticks = if unit(problem).is_empty() { 5 } else { 3 };
+        for tick in self.x.ticks(ticks) {
             let x = self.x.pixel(tick.value);
             self.canvas.polyline(&[(x, top), (x, bottom)], palette::GRID, 1.0);
             self.canvas.text(&tick.label, (x, bottom + 11.0), Align::Centre, TextLook::SMALL);

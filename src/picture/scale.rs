@@ -144,7 +144,7 @@ impl Scale {
 
     /// Ten to the power of `exponent`: in full if the whole axis can be read so.
     fn power(&self, exponent: f64) -> String {
-        if self.min < -6.5 || self.max > 6.5 {
+        if exponent != 0.0 && (self.min < -6.5 || self.max > 6.5) {
             return typeset(&format!("1e{exponent}"));
         }
         let decimals = (-exponent).max(0.0) as usize;

@@ -137,7 +137,7 @@ fn lesson(stages: &[Stage]) -> String {
 }
 
 fn findings(stages: &[Stage]) -> Findings {
-    let heads = ["shorter than random times, by", "paper %", "ours %"];
+    let heads = ["shorter than random times, by", "paper [%]", "ours [%]"];
     let mut findings = Findings::new(&heads);
     for ((name, _, published), stage) in STAGES.iter().zip(stages) {
         for (at, (method, _)) in METHODS.into_iter().enumerate() {

@@ -1,6 +1,7 @@
 //! The page of a comparison: which method to use, at a glance.
 
 use super::{Cell, Html, Table, figure, page, paragraph, section, verdict};
+use crate::picture::scale::figure as significant;
 use crate::picture::{bands, gaps};
 use crate::plan::{ComparisonResult, MethodResult, ProblemResult, Standing};
 
@@ -25,18 +26,21 @@ pub fn comparison(result: &ComparisonResult) -> String {
     let problems = result.problems.iter().map(problem);
     let content = [
         verdict(&result.verdict),
-        paragraph(&setting(result)),
+        paragraph(&setting(result, &ranking)),
         section("Ranking over all problems", standings(result, &ranking)),
         section("Gap to the best known value", overview(result, &ranking)),
     ];
     page(title, Html::join(content.into_iter().chain(problems).chain([method(result)])))
 }
 
-fn setting(result: &ComparisonResult) -> String {
+fn setting(result: &ComparisonResult, ranking: &[Standing]) -> String {
+    let once = match ranking.iter().any(|standing| standing.deterministic) {
+        true => " A deterministic method draws no random numbers, so it ran once.",
+        false => "",
+    };
     format!(
         "{}, {} of each method on each, {} evaluations per run, seed {}. Every method had the \
-         same seeds and the same evaluations; a deterministic method draws no random numbers, \
-         so it ran once.",
+         same seeds and the same evaluations.{once}",
         counted(result.problems.len(), "problem"),
         counted(result.runs as usize, "run"),
         result.max_evaluations,
@@ -51,7 +55,7 @@ fn counted(count: usize, what: &str) -> String {
 /// All methods in the order in which to try them.
 fn standings(result: &ComparisonResult, ranking: &[Standing]) -> Html {
     let function = result.task == "benchmark";
-    let heads = ["mean rank", "best on", "level on", "median gap", "success", "time per run"];
+    let heads = ["mean rank", "median gap", "success", "best on", "level on", "time per run"];
     let heads = heads.map(Cell::number);
     let mut table = Table::new([Cell::text("method")].into_iter().chain(heads));
     for (place, standing) in ranking.iter().enumerate() {
@@ -60,10 +64,10 @@ fn standings(result: &ComparisonResult, ranking: &[Standing]) -> Html {
         table.row([
             Cell::text(name).marked(place == 0),
             Cell::number(format!("{:.1}", standing.mean_rank)),
-            of_all(standing.best),
-            of_all(standing.level),
             gap(standing.median_gap, function),
             Cell::number(format!("{:.0} %", 100.0 * standing.success_rate)),
+            of_all(standing.best),
+            of_all(standing.level),
             Cell::number(format!("{:.2} ms", 1e3 * standing.seconds_per_run)),
         ]);
     }
@@ -81,8 +85,8 @@ fn name(label: &str, deterministic: bool) -> String {
 
 /// Methods by problems: drawn, and as a table coloured by how good they are.
 fn overview(result: &ComparisonResult, ranking: &[Standing]) -> Html {
-    let caption = "Where the runs of each method ended, problem by problem; farther left is \
-                   better, and every grid line is a power of ten.";
+    let caption = "Where the runs of each method ended, problem by problem: farther left is \
+                   better. The axis is logarithmic and the same for all.";
     let heads = result.problems.iter().map(|problem| Cell::number(&problem.name));
     let mut table = Table::new([Cell::text("median gap")].into_iter().chain(heads));
     for Standing { index, label, deterministic, .. } in ranking {
@@ -120,7 +124,7 @@ fn gap(gap: Option<f64>, function: bool) -> Cell {
     let [good, bad] = if function { FUNCTION_HEAT } else { HEAT };
     let heat = (gap.max(good) / good).log10() / (bad / good).log10();
     let text = match function {
-        true => format!("{gap:.2e}"),
+        true => significant(gap),
         false if reached(gap, function) => "< 0.001 %".to_owned(),
         false => format!("{:.3} %", 100.0 * gap),
     };
@@ -159,7 +163,7 @@ fn rows(problem: &ProblemResult) -> Html {
             Cell::number(value.map_or("\u{2013}".to_owned(), |value| number(value, &problem.unit)))
         };
         let needed = row.evaluations_to_success.map(|it| format!("{:.0}", it.median));
-        let p_value = row.p_value.map(|p| format!("{p:.1e}"));
+        let p_value = row.p_value.map(significant);
         table.row([
             Cell::text(name(&row.label, row.is_deterministic())).marked(problem.is_best(row)),
             value(row.best),
@@ -176,7 +180,7 @@ fn rows(problem: &ProblemResult) -> Html {
 }
 
 fn number(value: f64, unit: &str) -> String {
-    if unit.is_empty() { format!("{value:.3e}") } else { format!("{value:.4} {unit}") }
+    if unit.is_empty() { significant(value) } else { format!("{value:.4} {unit}") }
 }
 
 /// How to read the figures.

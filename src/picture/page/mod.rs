@@ -68,7 +68,7 @@ pub fn figure(svg: &str, caption: &str) -> Html {
 
 /// What is shown once a reader opens it.
 pub fn details(title: &str, content: Html) -> Html {
-    Html(format!("<details>\n<summary>{}</summary>\n{}</details>\n", escape(title), content.0))
+    Html(format!("<details>\n<summary>{}</summary>\n{}</details>\n", prose(title), content.0))
 }
 
 /// Text as a machine reads it, to be copied.
