@@ -31,7 +31,7 @@ pub fn gaps(result: &ComparisonResult, ranking: &[Standing]) -> String {
     let panel = ABOVE + LINE * ranking.len() as f64 + BELOW;
     let range = range(result);
     let names = ranking.iter().map(|it| text_width(&it.label, TextLook::NORMAL.size));
-    let left = names.fold(0.0, f64::max).min(0.4 * WIDTH) + 12.0;
+    let left = names.fold(0.0, f64::max).min(0.5 * WIDTH) + 12.0;
     let width = (WIDTH - left) / columns as f64;
     let description = "gap of every method to the best known value on every problem";
     draw(WIDTH, top + panel * rows as f64, description, |canvas| {

@@ -60,7 +60,7 @@ fn standings(result: &ComparisonResult, ranking: &[Standing]) -> Html {
     let mut table = Table::new([Cell::text("method")].into_iter().chain(heads));
     for (place, standing) in ranking.iter().enumerate() {
         let of_all = |count: usize| Cell::number(format!("{count} of {}", result.problems.len()));
-        let name = format!("{}. {}", place + 1, name(&standing.label, standing.deterministic));
+        let name = format!("{}.\u{a0}{}", place + 1, name(&standing.label, standing.deterministic));
         table.row([
             Cell::text(name).marked(place == 0),
             Cell::number(format!("{:.1}", standing.mean_rank)),

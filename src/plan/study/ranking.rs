@@ -123,3 +123,85 @@ impl ProblemResult {
         row.median_gap.map_or(f64::INFINITY, |gap| gap.max(self.rounding()))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    /// A row with this median gap and p-value.
+    fn row(optimizer: &str, gap: Option<f64>, p: Option<f64>) -> serde_json::Value {
+        let runs = if optimizer == "exact" { 1 } else { 4 };
+        json!({ "label": optimizer, "optimizer": optimizer, "parameters": {}, "runs": runs,
+            "feasible_runs": runs, "median_gap": gap, "success_rate": 0.5, "p_value": p,
+            "evaluations": 100, "seconds_per_evaluation": 0.02, "curve": [] })
+    }
+
+    fn problem(best: &str, best_known: f64, rows: &[serde_json::Value]) -> serde_json::Value {
+        json!({ "name": "p", "title": "", "unit": "s", "dimension": 2, "best_known": best_known,
+            "best_method": best, "methods": rows })
+    }
+
+    fn ranking(problems: &[serde_json::Value]) -> Vec<Standing> {
+        let result: ComparisonResult = serde_json::from_value(json!({ "task": "comparison",
+            "runs": 4, "max_evaluations": 100, "success_tolerance": 1e-3, "test": "",
+            "verdict": "", "problems": problems, "evaluations": 0, "planning_s": 0.0, "seed": 0,
+            "version": "" }))
+        .unwrap();
+        result.ranking()
+    }
+
+    #[test]
+    fn the_best_over_all_problems_comes_first() {
+        let rows = |ga, pso, exact| {
+            [row("ga", ga, Some(0.01)), row("pso", pso, None), row("exact", exact, None)]
+        };
+        let first = problem("pso", 5.0, &rows(Some(0.2), Some(1e-3), Some(0.0)));
+        let second = problem("pso", 5.0, &rows(None, Some(0.1), Some(1e-9)));
+        let ranking = ranking(&[first, second]);
+        let labels: Vec<&str> = ranking.iter().map(|it| it.label.as_str()).collect();
+        assert_eq!(labels, ["exact", "pso", "ga"]);
+        let [exact, pso, ga] = &ranking[..] else { panic!("three methods") };
+        assert!(exact.deterministic && !pso.deterministic);
+        assert_eq!((exact.index, exact.mean_rank, exact.best, exact.level), (2, 1.0, 2, 0));
+        assert_eq!((pso.index, pso.mean_rank, pso.best, pso.level), (1, 2.0, 2, 0));
+        assert_eq!((ga.index, ga.mean_rank, ga.best, ga.level), (0, 3.0, 0, 0));
+        assert_eq!((pso.median_gap, ga.median_gap), (Some(0.0505), None));
+        assert_eq!((pso.seconds_per_run, exact.seconds_per_run), (0.5, 2.0));
+        assert_eq!(ga.success_rate, 0.5);
+    }
+
+    /// Below the rounding nothing differs, and what chance explains is no defeat.
+    #[test]
+    fn rounding_and_chance_decide_nothing() {
+        let rows = [
+            row("pso", Some(1e-12), None),
+            row("cfpso", Some(9e-7), Some(1e-6)),
+            row("ga", Some(0.01), Some(0.06)),
+            row("aga", Some(0.01), Some(0.04)),
+            row("exact", Some(2e-7), None),
+        ];
+        let counts = |best_known| {
+            let mut ranking = ranking(&[problem("pso", best_known, &rows)]);
+            ranking.sort_by_key(|standing| standing.index);
+            ranking.iter().map(|it| (it.mean_rank, it.best, it.level)).collect::<Vec<_>>()
+        };
+        let shared = [(2.0, 1, 0), (2.0, 0, 1), (4.5, 0, 1), (4.5, 0, 0), (2.0, 1, 0)];
+        assert_eq!(counts(5.0), shared);
+        // Distances to zero are known better.
+        let apart = [(1.0, 1, 0), (3.0, 0, 0), (4.5, 0, 1), (4.5, 0, 0), (2.0, 0, 0)];
+        assert_eq!(counts(0.0), apart);
+    }
+
+    #[test]
+    fn nothing_found_is_nowhere_best() {
+        let rows = [row("pso", None, None), row("exact", None, None)];
+        let mut nothing = problem("", 5.0, &rows);
+        nothing["best_method"] = json!(null);
+        let ranking = ranking(&[nothing]);
+        assert!(ranking.iter().all(|it| (it.best, it.level, it.median_gap) == (0, 0, None)));
+        assert!(ranking.iter().all(|it| it.mean_rank == 1.5));
+        assert!(super::tests::ranking(&[]).is_empty());
+    }
+}
