@@ -194,6 +194,8 @@ fn method(result: &ComparisonResult) -> Html {
         "{} evaluations in {:.3} s, by Takt {}.",
         result.evaluations, result.planning_s, result.version
     );
+    let time = "Times per run were taken while other runs went on; of all figures of the methods \
+                only they differ between equal requests.";
     let test = format!("p is of the {}.", result.test);
-    section("How to read this", Html::join([success, test, made].map(|text| paragraph(&text))))
+    section("How to read this", Html::join([&success, time, &test, &made].map(paragraph)))
 }

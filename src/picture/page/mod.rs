@@ -33,7 +33,7 @@ pub fn escape(text: &str) -> String {
 fn prose(text: &str) -> String {
     let text = escape(text);
     let parts: Vec<&str> = text.split('`').collect();
-    if parts.len() % 2 == 0 {
+    if parts.len().is_multiple_of(2) {
         // One backtick has no partner: none means code.
         return text;
     }
