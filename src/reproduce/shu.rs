@@ -174,11 +174,11 @@ impl Stage {
 
 const HEADS: [&str; 6] = [
     "stage",
-    "random s",
-    "standard PSO s",
-    "dual PSO s",
-    "single random set s",
-    "all joints at once, exact s",
+    "random [s]",
+    "standard PSO [s]",
+    "dual PSO [s]",
+    "single random set [s]",
+    "all joints at once, exact [s]",
 ];
 
 fn times(
