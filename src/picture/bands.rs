@@ -13,10 +13,6 @@ const LEFT: f64 = 84.0;
 const RIGHT: f64 = WIDTH - 30.0;
 const PLOT_HEIGHT: f64 = 340.0;
 
-/// Gaps below this, relative or of a function's value, are drawn at the edge:
-/// the durations themselves are not known better.
-const SMALLEST_GAP: f64 = 1e-7;
-
 /// Draws the gap to the best known value over evaluations for all methods on a
 /// problem, as SVG; the vertical axis is logarithmic.
 pub fn bands(problem: &ProblemResult) -> String {
@@ -38,10 +34,9 @@ pub fn bands(problem: &ProblemResult) -> String {
             canvas,
             frame,
             x: Scale::new(x_range, 0.0, frame.left, frame.right),
-            y: Scale::logarithmic(y_range, 0.03, frame.bottom, frame.top),
+            y: Scale::logarithmic(y_range, 0.03, frame.bottom, frame.top).in_unit(unit(problem)),
         };
-        let relative = relative(problem);
-        chart.draw_axes(if relative { "gap to the best known [%]" } else { "value" });
+        chart.draw_axes(axis_title(problem));
         chart.label_x("evaluations");
         for (index, row) in problem.methods.iter().enumerate() {
             draw_band(&chart, problem, row, index);
@@ -68,11 +63,22 @@ fn relative(problem: &ProblemResult) -> bool {
     problem.best_known.is_some_and(|best| best != 0.0)
 }
 
-/// How far `value` is from the best known, as drawn.
-fn gap(problem: &ProblemResult, value: f64) -> f64 {
+/// What follows a gap as drawn.
+pub(super) fn unit(problem: &ProblemResult) -> &'static str {
+    if relative(problem) { " %" } else { "" }
+}
+
+/// What an axis of gaps shows.
+pub(super) fn axis_title(problem: &ProblemResult) -> &'static str {
+    if relative(problem) { "gap to the best known" } else { "value above the optimum" }
+}
+
+/// How far `value` is from the best known, as drawn: what rounding hides is at
+/// the edge.
+pub(super) fn gap(problem: &ProblemResult, value: f64) -> f64 {
     let best = problem.best_known.unwrap_or(0.0);
     let gap = if best == 0.0 { value } else { (value - best) / best.abs() };
-    gap.max(SMALLEST_GAP) * if relative(problem) { 100.0 } else { 1.0 }
+    gap.max(problem.rounding()) * if relative(problem) { 100.0 } else { 1.0 }
 }
 
 /// The spans of evaluations and gaps.
@@ -113,7 +119,15 @@ fn draw_band(chart: &Chart<'_, '_>, problem: &ProblemResult, row: &MethodResult,
 
 fn draw_median(chart: &Chart<'_, '_>, problem: &ProblemResult, row: &MethodResult, index: usize) {
     let points = line(chart, problem, row, |point| point.median);
+    let points = if row.is_deterministic() { stairs(&points) } else { points };
     if !points.is_empty() {
         chart.canvas.polyline(&points, palette::series(index), 1.8);
     }
+}
+
+/// The same points joined by level lines: one run's best holds until the next,
+/// where a median over runs glides.
+fn stairs(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let before = points.iter().take(1).chain(points);
+    before.zip(points).flat_map(|(before, point)| [(point.0, before.1), *point]).collect()
 }

@@ -9,6 +9,7 @@ mod beside;
 mod canvas;
 mod chart;
 mod convergence;
+mod gaps;
 mod motion;
 pub mod page;
 mod palette;
@@ -18,6 +19,7 @@ mod scale;
 pub use bands::bands;
 pub use beside::{Beside, NAMES, beside};
 pub use convergence::{Curve, convergence};
+pub use gaps::gaps;
 pub use motion::{Section, plot};
 pub use pareto::pareto;
 

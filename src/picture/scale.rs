@@ -13,6 +13,8 @@ pub(super) struct Scale {
     pixel_max: f64,
     /// True if `min` and `max` are powers of ten.
     logarithmic: bool,
+    /// What follows every number of the axis.
+    unit: &'static str,
 }
 
 /// One tick of an axis.
@@ -71,7 +73,14 @@ impl Scale {
     pub(super) fn new(range: Range, margin: f64, pixel_min: f64, pixel_max: f64) -> Self {
         let Range { min, max } = range.widened();
         let free = (max - min) * margin;
-        Self { min: min - free, max: max + free, pixel_min, pixel_max, logarithmic: false }
+        Self {
+            min: min - free,
+            max: max + free,
+            pixel_min,
+            pixel_max,
+            logarithmic: false,
+            unit: "",
+        }
     }
 
     /// Like [`new`](Self::new), by orders of magnitude; `range` is of positive
@@ -84,6 +93,11 @@ impl Scale {
         }
         let scale = Self::new(powers, margin, pixel_min, pixel_max);
         Self { logarithmic: true, ..scale }
+    }
+
+    /// The same with `unit` behind every label.
+    pub(super) fn in_unit(self, unit: &'static str) -> Self {
+        Self { unit, ..self }
     }
 
     /// Where `value` is drawn; values outside at the nearer end, undefined
@@ -119,13 +133,22 @@ impl Scale {
             .map(|index| {
                 // Adding 0.0 turns a negative zero into zero.
                 let value = (first + index as f64) * step + 0.0;
-                if self.logarithmic {
-                    let label = typeset(&format!("1e{value}"));
-                    return Tick { value: 10f64.powf(value), label };
-                }
-                Tick { value, label: label(value, step) }
+                let (value, label) = match self.logarithmic {
+                    true => (10f64.powf(value), self.power(value)),
+                    false => (value, label(value, step)),
+                };
+                Tick { value, label: label + self.unit }
             })
             .collect()
+    }
+
+    /// Ten to the power of `exponent`: in full if the whole axis can be read so.
+    fn power(&self, exponent: f64) -> String {
+        if exponent != 0.0 && (self.min < -6.5 || self.max > 6.5) {
+            return typeset(&format!("1e{exponent}"));
+        }
+        let decimals = (-exponent).max(0.0) as usize;
+        format!("{:.decimals$}", 10f64.powf(exponent))
     }
 }
 
@@ -194,6 +217,16 @@ mod tests {
             ["0", "2e\u{2212}8", "4e\u{2212}8", "6e\u{2212}8", "8e\u{2212}8", "1.0e\u{2212}7"]
         );
         assert_eq!(labels(0.0, 3e6), ["0", "1e6", "2e6", "3e6"]);
+    }
+
+    #[test]
+    fn powers_of_ten_are_written_out_where_all_can_be_read() {
+        let labels = |min, max| -> Vec<String> {
+            let scale = Scale::logarithmic(Range { min, max }, 0.0, 0.0, 100.0).in_unit(" %");
+            scale.ticks(4).into_iter().map(|tick| tick.label).collect()
+        };
+        assert_eq!(labels(1e-2, 1e2), ["0.01 %", "0.1 %", "1 %", "10 %", "100 %"]);
+        assert_eq!(labels(1e-16, 1.0).first().unwrap(), "1e\u{2212}15 %");
     }
 
     #[test]

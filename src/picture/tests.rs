@@ -4,10 +4,10 @@
 use serde_json::json;
 
 use crate::optimize::ConvergencePoint;
-use crate::plan::{PlanResult, TrajectoryResult};
+use crate::plan::{ComparisonResult, PlanResult, TrajectoryResult};
 use crate::trajectory::Quantity;
 
-use super::{Curve, Section, convergence, pareto, plot};
+use super::{Curve, Section, bands, convergence, gaps, page, pareto, plot};
 
 /// A motion of `dof` joints in two quintic-like pieces, every second one
 /// prismatic, with values around `size` and pieces of `length` seconds.
@@ -367,4 +367,117 @@ fn fronts_survive_any_values() {
         }
     }
     assert_well_formed(&pareto(&[]));
+}
+
+/// Three methods on a problem: one with quartiles around `median`, one that
+/// found nothing and a deterministic one at the best known value.
+fn compared(best_known: Option<f64>, median: f64, problems: usize) -> ComparisonResult {
+    let row = |optimizer: &str, values: [Option<f64>; 3], gap: Option<f64>| {
+        let [lower, median, upper] = values;
+        let point = |evaluations: u64, by: f64| {
+            json!({ "evaluations": evaluations, "lower_quartile": lower.map(|it| it * by),
+                "median": median.map(|it| it * by), "upper_quartile": upper.map(|it| it * by) })
+        };
+        json!({ "label": optimizer, "optimizer": optimizer, "parameters": {}, "runs": 1,
+            "feasible_runs": 1, "lower_quartile": lower, "median": median,
+            "upper_quartile": upper, "median_gap": gap, "success_rate": 1.0, "evaluations": 200,
+            "seconds_per_evaluation": 0.001,
+            "curve": [point(50, 2.0), point(100, 1.5), point(200, 1.0)] })
+    };
+    let found = [Some(0.9 * median), Some(median), Some(1.1 * median)];
+    let gap = |value: f64| Some(value / best_known? - 1.0).filter(|gap| gap.is_finite());
+    let problem = |at: usize| {
+        json!({ "name": format!("p{at} & q"), "title": "two `points`", "unit": "s",
+            "dimension": 2, "best_known": best_known, "best_method": "pso",
+            "optimum": best_known.map(|value| json!({ "value": value, "position": [], "source": "" })),
+            "methods": [row("ga", [None; 3], None), row("pso", found, gap(median)),
+                row("exact", [best_known; 3], best_known.and_then(gap))] })
+    };
+    serde_json::from_value(json!({ "task": "comparison", "runs": 1, "max_evaluations": 200,
+        "success_tolerance": 1e-3, "test": "", "verdict": "Use `exact` & <b>.",
+        "problems": (0..problems).map(problem).collect::<Vec<_>>(), "evaluations": 0,
+        "planning_s": 0.0, "seed": 0, "version": "" }))
+    .unwrap()
+}
+
+#[test]
+fn gaps_show_every_method_on_every_problem_in_ranking_order() {
+    let result = compared(Some(5.0), 5.05, 4);
+    let svg = gaps(&result, &result.ranking());
+    assert_well_formed(&svg);
+    // The legend's two, and on each problem the two that found something.
+    assert_eq!(svg.matches("<circle").count(), 2 + 4 * 2);
+    assert_eq!(svg.matches("none found").count(), 4);
+    assert_eq!(svg.matches(">\np3 &amp; q\n").count(), 1);
+    // Four problems are two rows of panels; the names stand before each.
+    let at = |name: &str| svg.find(&format!(">\n{name}\n")).unwrap();
+    assert!(at("exact") < at("pso") && at("pso") < at("ga"));
+    assert_eq!(svg.matches(">\nexact\n").count(), 2);
+    assert!(svg.contains("0.01 %") && !svg.contains("1e"));
+}
+
+#[test]
+fn gaps_and_bands_survive_any_values() {
+    let values = [0.0, 1e-300, 1e-9, 5.0, 1e300, f64::NAN, f64::INFINITY];
+    for best in values.map(Some).into_iter().chain([None]) {
+        for median in values {
+            // Texts of JSON hold neither infinite nor undefined values.
+            let mut result = compared(Some(5.0), 5.05, 1);
+            let problem = &mut result.problems[0];
+            problem.best_known = best;
+            problem.methods[1].median = Some(median);
+            problem.methods[1].median_gap = Some(median);
+            problem.methods[1].curve[1].median = Some(median);
+            assert_well_formed(&gaps(&result, &result.ranking()));
+            assert_well_formed(&bands(&result.problems[0]));
+        }
+    }
+    let empty = compared(None, 1.0, 0);
+    assert_well_formed(&gaps(&empty, &empty.ranking()));
+    assert!(page::comparison(&empty).contains("0 problems"));
+}
+
+/// One run's best holds until the next; a slope would be values never found.
+#[test]
+fn a_deterministic_curve_is_drawn_as_stairs() {
+    let svg = bands(&compared(Some(5.0), 5.05, 1).problems[0]);
+    let curves: Vec<Vec<&str>> = svg
+        .lines()
+        .filter(|line| line.starts_with("<polyline") && line.contains("stroke-width=\"18\""))
+        .map(|line| line.split("points=\"").nth(1).unwrap().split('"').next().unwrap())
+        .map(|points| points.split_whitespace().collect())
+        .collect();
+    let [pso, exact] = &curves[..] else { panic!("two curves: {curves:?}") };
+    assert_eq!(pso.len(), 3, "a median glides");
+    assert_eq!(exact.len(), 6);
+    for step in exact.windows(2) {
+        let (from, to) = (step[0].split_once(',').unwrap(), step[1].split_once(',').unwrap());
+        assert!(from.0 == to.0 || from.1 == to.1, "{step:?}");
+    }
+}
+
+#[test]
+fn a_page_tells_the_optimum_and_the_deterministic_apart_and_sets_code() {
+    let html = page::comparison(&compared(Some(5.0), 5.05, 2));
+    for text in [
+        "Use <code>exact</code> &amp; &lt;b&gt;.",
+        "two <code>points</code>;",
+        "1.\u{a0}exact (deterministic) \u{2605}",
+        "optimum \u{2605}",
+        "1.000 % \u{2605}",
+        "none found",
+        "200.00 ms",
+        "A deterministic method draws no random numbers, so it ran once.",
+    ] {
+        assert!(html.contains(text), "{text}");
+    }
+    assert!(!html.contains("0.000 %") && !html.contains('`'));
+    assert_eq!(html.matches("optimum \u{2605}").count(), 2);
+    // Half a pair is no code.
+    let lone = page::page("", page::paragraph("a ` b"));
+    assert!(lone.contains("<p>a ` b</p>"));
+    // What a run found below the method's optimum makes its value no optimum.
+    let mut beaten = compared(Some(5.0), 5.05, 1);
+    beaten.problems[0].optimum.as_mut().unwrap().value = 5.2;
+    assert!(page::comparison(&beaten).contains("&lt; 0.001 % \u{2605}"));
 }

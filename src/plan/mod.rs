@@ -30,5 +30,5 @@ pub use result::*;
 pub use study::{
     BenchmarkTask, BestRun, ComparedProblem, ComparisonResult, ComparisonTask, CurvePoint,
     EvaluationQuartiles, KnownOptimum, MAX_DIMENSION, MAX_METHODS, MAX_PROBLEMS, MAX_RUNS,
-    MethodChoice, MethodResult, ProblemResult,
+    MethodChoice, MethodResult, ProblemResult, Standing,
 };

@@ -59,7 +59,8 @@ fn totals() -> Section {
          row before any optimisation, four times 2 s, is printed as 10 s: a fifth interval must \
          have been left out, and with it a sixth point, of which Table 3 prints five.",
     );
-    let mut findings = Findings::new(&["row", "paper, total s", "sum of its times s", "missing s"]);
+    let mut findings =
+        Findings::new(&["row", "paper, total [s]", "sum of its times [s]", "missing [s]"]);
     for (name, times, total) in TABLE_5 {
         let sum: f64 = times.iter().sum();
         let missing = total - sum;
@@ -98,7 +99,7 @@ fn per_joint(runs: u32) -> Result<Section, ReproduceError> {
         composed("adaptive genetic algorithm, largest times per segment", searched),
         composed("exact, largest times per segment", exact),
     ];
-    section.rows(&["all joints", "bspline_uniform s", "bspline s"], rows);
+    section.rows(&["all joints", "bspline_uniform [s]", "bspline [s]"], rows);
     section.paragraph(start()?);
     section.request(
         "The request behind \"bspline_uniform\", with seeds from 0 up",
@@ -113,7 +114,14 @@ fn per_joint(runs: u32) -> Result<Section, ReproduceError> {
 
 /// Each joint's times, per family the searched and the exact ones.
 fn joints(columns: &[(Repeated, TrajectoryResult)]) -> Findings {
-    let heads = ["row", "paper, sum s", "bspline_uniform s", "optimum s", "bspline s", "optimum s"];
+    let heads = [
+        "row",
+        "paper, sum [s]",
+        "bspline_uniform [s]",
+        "optimum [s]",
+        "bspline [s]",
+        "optimum [s]",
+    ];
     let mut findings = Findings::new(&heads);
     for (index, (name, times, _)) in TABLE_5.iter().skip(1).enumerate() {
         let sum: f64 = times.iter().sum();

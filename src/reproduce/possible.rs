@@ -80,12 +80,12 @@ impl Problem {
 
 const HEADS: [&str; 8] = [
     "motion",
-    "published s",
-    "paper's curve s",
-    "quintic s",
-    "fastest s",
+    "published [s]",
+    "paper's curve [s]",
+    "quintic [s]",
+    "fastest [s]",
     "on curve",
-    "none below s",
+    "none below [s]",
     "lawful",
 ];
 

@@ -137,7 +137,7 @@ fn lesson(stages: &[Stage]) -> String {
 }
 
 fn findings(stages: &[Stage]) -> Findings {
-    let heads = ["shorter than random times, by", "paper %", "ours %"];
+    let heads = ["shorter than random times, by", "paper [%]", "ours [%]"];
     let mut findings = Findings::new(&heads);
     for ((name, _, published), stage) in STAGES.iter().zip(stages) {
         for (at, (method, _)) in METHODS.into_iter().enumerate() {
@@ -174,11 +174,11 @@ impl Stage {
 
 const HEADS: [&str; 6] = [
     "stage",
-    "random s",
-    "standard PSO s",
-    "dual PSO s",
-    "single random set s",
-    "all joints at once, exact s",
+    "random [s]",
+    "standard PSO [s]",
+    "dual PSO [s]",
+    "single random set [s]",
+    "all joints at once, exact [s]",
 ];
 
 fn times(

@@ -29,14 +29,29 @@ pub fn escape(text: &str) -> String {
     escaped(text).replace('\'', "&#39;")
 }
 
+/// Text of ours, in which what stands between backticks is set as code.
+fn prose(text: &str) -> String {
+    let text = escape(text);
+    let parts: Vec<&str> = text.split('`').collect();
+    if parts.len().is_multiple_of(2) {
+        // One backtick has no partner: none means code.
+        return text;
+    }
+    let part = |(at, part): (usize, &&str)| match at % 2 {
+        0 => (*part).to_owned(),
+        _ => format!("<code>{part}</code>"),
+    };
+    parts.iter().enumerate().map(part).collect()
+}
+
 /// A paragraph of text.
 pub fn paragraph(text: &str) -> Html {
-    Html(format!("<p>{}</p>\n", escape(text)))
+    Html(format!("<p>{}</p>\n", prose(text)))
 }
 
 /// A paragraph that stands out: what a reader in a hurry should take along.
 pub fn verdict(text: &str) -> Html {
-    Html(format!("<p class=\"verdict\">{}</p>\n", escape(text)))
+    Html(format!("<p class=\"verdict\">{}</p>\n", prose(text)))
 }
 
 /// A part of a page with a heading.
@@ -48,12 +63,12 @@ pub fn section(heading: &str, content: Html) -> Html {
 pub fn figure(svg: &str, caption: &str) -> Html {
     // The markup of our own pictures may have an XML head, which HTML has not.
     let svg = svg.find("<svg").map_or("", |start| &svg[start..]);
-    Html(format!("<figure>\n{svg}<figcaption>{}</figcaption>\n</figure>\n", escape(caption)))
+    Html(format!("<figure>\n{svg}<figcaption>{}</figcaption>\n</figure>\n", prose(caption)))
 }
 
 /// What is shown once a reader opens it.
 pub fn details(title: &str, content: Html) -> Html {
-    Html(format!("<details>\n<summary>{}</summary>\n{}</details>\n", escape(title), content.0))
+    Html(format!("<details>\n<summary>{}</summary>\n{}</details>\n", prose(title), content.0))
 }
 
 /// Text as a machine reads it, to be copied.
@@ -138,7 +153,8 @@ impl Cell {
         let heat = self.heat.map(hue).unwrap_or_default();
         let mark = if self.marked { " \u{2605}" } else { "" };
         let head = head.map(|head| format!(" data-head=\"{}\"", escape(head))).unwrap_or_default();
-        format!("<{tag}{class}{heat}{head}>{}{mark}</{tag}>", escape(&self.text))
+        let text = if self.prose { prose(&self.text) } else { escape(&self.text) };
+        format!("<{tag}{class}{heat}{head}>{text}{mark}</{tag}>")
     }
 }
 

@@ -1,6 +1,7 @@
 //! The tasks `comparison` and `benchmark`: methods compared over many seeded runs.
 
 mod prepare;
+mod ranking;
 mod request;
 mod result;
 mod row;
@@ -8,6 +9,7 @@ mod run;
 mod trace;
 
 pub(super) use prepare::{PreparedStudy, prepare_benchmark, prepare_comparison};
+pub use ranking::Standing;
 pub use request::{
     BenchmarkTask, ComparedProblem, ComparisonTask, MAX_DIMENSION, MAX_METHODS, MAX_PROBLEMS,
     MAX_RUNS, MethodChoice,

@@ -167,7 +167,11 @@ fn test(study: &PreparedStudy, samples: &[Vec<f64>], rows: &mut [MethodResult]) 
 }
 
 /// A difference counts as proven below this.
-const SIGNIFICANT: f64 = 0.05;
+pub(super) const SIGNIFICANT: f64 = 0.05;
+
+/// Durations that differ by a smaller share are equal: no search ends more
+/// precisely.
+pub(super) const ROUNDING: f64 = 1e-6;
 
 /// Which method did best, in words.
 pub fn verdict(study: &PreparedStudy, problems: &[ProblemResult]) -> String {
@@ -212,7 +216,7 @@ pub fn verdict(study: &PreparedStudy, problems: &[ProblemResult]) -> String {
 /// True if no run found anything better than the optimum, rounding aside.
 fn optimum_is_best(problem: &ProblemResult) -> bool {
     let values = problem.optimum.as_ref().zip(problem.best_known);
-    values.is_some_and(|(optimum, best)| optimum.value <= best * (1.0 + 1e-6))
+    values.is_some_and(|(optimum, best)| optimum.value <= best * (1.0 + ROUNDING))
 }
 
 /// True if `label` is the best on `problem` and every other one is significantly worse, and there is another.

@@ -90,7 +90,7 @@ struct Joints {
 
 fn joints(ours: &[Repeated]) -> Result<Joints, ReproduceError> {
     let exact = plan(&request(None, "per_joint"))?;
-    let heads = ["method, joint", "paper s", "ours s", "optimum s", "speed", "acceleration"];
+    let heads = ["method, joint", "paper [s]", "ours [s]", "optimum [s]", "speed", "acceleration"];
     let (mut findings, mut picture, mut over) = (Findings::new(&heads), Vec::new(), Vec::new());
     for (row, ours) in TABLE_5.iter().zip(ours) {
         for (index, published) in row.joints.iter().enumerate() {

@@ -128,7 +128,7 @@ fn judge(method: usize, row: &MethodResult, population: u32) -> (Verdict, &'stat
 
 /// How much better improved PSO ends than the others.
 fn accuracy(rejected: &ProblemResult, repaired: &ProblemResult) -> Findings {
-    let heads = ["improved PSO better than", "paper %", "ours %"];
+    let heads = ["improved PSO better than", "paper [%]", "ours [%]"];
     let mut findings = Findings::new(&heads);
     let best = repaired.methods.first().and_then(|row| row.mean).unwrap_or(f64::NAN);
     let others = rejected.methods.iter().zip(METHODS).skip(1);

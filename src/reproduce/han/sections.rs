@@ -32,7 +32,7 @@ pub(super) fn table_6() -> Result<Section, ReproduceError> {
         [Cell::text(what)].into_iter().chain(figures).collect()
     };
     let rows = vec![row("as printed", &printed), row("row AB from Table 5", &corrected)];
-    section.matrix(&["totals", "standard s", "improved s", "saved s", "saved %"], rows);
+    section.matrix(&["totals", "standard [s]", "improved [s]", "saved [s]", "saved [%]"], rows);
     let ([_, _, seconds, share], (_, _, published)) = (totals(&corrected), SAVED);
     section.learn(format!(
         "Row AB holds the times of Table 5 dealt out in the wrong order. Put right, the improved \
@@ -116,7 +116,7 @@ pub(super) fn table_7() -> Section {
          than their sums cannot be checked, since the paths are not printed.",
     );
     let methods = ["no optimisation", "standard PSO", "improved PSO"];
-    let mut findings = Findings::new(&["total of", "paper s", "sum of its column s"]);
+    let mut findings = Findings::new(&["total of", "paper [s]", "sum of its column [s]"]);
     for (part, rows) in &TABLE_7 {
         let [parts @ .., total] = rows;
         for (at, method) in methods.into_iter().enumerate() {

@@ -58,7 +58,7 @@ pub(super) fn table_5(runs: u32) -> Result<Section, ReproduceError> {
 /// Table 5 joint by joint, as findings and for a picture.
 fn joints(runs: u32) -> Result<(Findings, Vec<Beside>), ReproduceError> {
     let optima = plan(&exact("per_joint", speed_alone()))?;
-    let heads = ["method, joint", "paper s", "ours s", "optimum s", "peak speed rad/s"];
+    let heads = ["method, joint", "paper [s]", "ours [s]", "optimum [s]", "peak speed [rad/s]"];
     let (mut findings, mut picture) = (Findings::new(&heads), Vec::new());
     for (column, (title, name)) in METHODS.into_iter().enumerate() {
         let ours = repeat(&method(name, "per_joint"), runs)?;
