@@ -34,36 +34,58 @@ impl RandomStream {
 
 /// Eight streams side by side, for loops that draw for eight numbers at a time.
 ///
-/// xoshiro256++ like [`RandomStream`], one generator per lane; plain arrays, so
-/// that the compiler makes wide instructions of it.
+/// xoshiro256++ like [`RandomStream`], one generator per lane. Several rounds
+/// are drawn in advance: within a lane's loop over rounds its state stays in a
+/// register, and the loop over lanes is one the compiler makes wide.
 #[derive(Clone, Debug)]
-pub struct RandomLanes([[u64; WIDTH]; 4]);
+pub struct RandomLanes {
+    state: [[u64; WIDTH]; 4],
+    drawn: [[u64; WIDTH]; Self::ROUNDS],
+    /// The next of `drawn` to hand out.
+    next: usize,
+}
 
 impl RandomLanes {
+    const ROUNDS: usize = 8;
+
     /// Stream `stream` of `seed`: word `w` of lane `l` starts as
     /// `derive_seed(derive_seed(seed, stream), 4 l + w)`.
     pub fn new(seed: u64, stream: u64) -> Self {
         let seed = derive_seed(seed, stream);
         let word = |w: usize, l: usize| derive_seed(seed, (4 * l + w) as u64);
-        Self(std::array::from_fn(|w| std::array::from_fn(|l| word(w, l))))
+        let state = std::array::from_fn(|w| std::array::from_fn(|l| word(w, l)));
+        Self { state, drawn: [[0; WIDTH]; Self::ROUNDS], next: Self::ROUNDS }
     }
 
     /// 64 random bits per lane.
     #[inline(always)]
     pub fn bits(&mut self) -> [u64; WIDTH] {
-        let [s0, s1, s2, s3] = &mut self.0;
-        let mut bits = [0; WIDTH];
-        for l in 0..WIDTH {
-            bits[l] = s0[l].wrapping_add(s3[l]).rotate_left(23).wrapping_add(s0[l]);
-            let t = s1[l] << 17;
-            s2[l] ^= s0[l];
-            s3[l] ^= s1[l];
-            s1[l] ^= s2[l];
-            s0[l] ^= s3[l];
-            s2[l] ^= t;
-            s3[l] = s3[l].rotate_left(45);
+        if self.next == Self::ROUNDS {
+            self.draw();
         }
+        let bits = self.drawn[self.next];
+        self.next += 1;
         bits
+    }
+
+    #[inline(always)]
+    fn draw(&mut self) {
+        let [w0, w1, w2, w3] = &mut self.state;
+        for l in 0..WIDTH {
+            let (mut s0, mut s1, mut s2, mut s3) = (w0[l], w1[l], w2[l], w3[l]);
+            for round in &mut self.drawn {
+                round[l] = s0.wrapping_add(s3).rotate_left(23).wrapping_add(s0);
+                let t = s1 << 17;
+                s2 ^= s0;
+                s3 ^= s1;
+                s1 ^= s2;
+                s0 ^= s3;
+                s2 ^= t;
+                s3 = s3.rotate_left(45);
+            }
+            (w0[l], w1[l], w2[l], w3[l]) = (s0, s1, s2, s3);
+        }
+        self.next = 0;
     }
 
     /// Two numbers uniform in [0, 1) per lane, multiples of 2^-32: the upper

@@ -106,10 +106,16 @@ pub trait Candidate: Send {
     /// The value to minimise; infinite for a candidate that is not to be used.
     fn fitness(&mut self, position: &[f64]) -> f64;
 
-    /// Says which evaluation of the search comes next; [`fitness`](Self::fitness)
-    /// is then called for one after the other. For objectives with noise, which
-    /// must not depend on the thread that evaluates.
-    fn seek(&mut self, _evaluation: u64) {}
+    /// Writes the fitness of several candidates that lie one behind the other;
+    /// that of the first is evaluation number `first` of the search. For
+    /// objectives that evaluate many at less cost, or with noise, which must not
+    /// depend on the thread that evaluates.
+    fn batch(&mut self, _first: u64, positions: &[f64], fitness: &mut [f64]) {
+        let dimension = positions.len() / fitness.len().max(1);
+        for (position, fitness) in positions.chunks_exact(dimension.max(1)).zip(fitness) {
+            *fitness = self.fitness(position);
+        }
+    }
 
     /// The fitness together with what it is made of, where the objective can
     /// tell cost and broken constraints apart; by default all of it is cost.

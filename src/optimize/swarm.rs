@@ -5,7 +5,7 @@ use pulp::{Arch, Simd, WithSimd};
 use super::entry::Settings;
 use super::particles::Particles;
 use super::{Bounds, Evaluator, Optimizer, Step};
-use crate::math::lanes::WIDTH;
+use crate::math::lanes::{Lanes, WIDTH};
 use crate::math::random::{RandomLanes, RandomStream};
 
 /// How the swarm's momentum changes from iteration to iteration.
@@ -62,44 +62,41 @@ pub struct Swarm<S> {
     /// Largest step as a share of the box.
     velocity_share: f64,
     iteration: u64,
-    velocity: Vec<f64>,
-    tiles: Tiles,
+    /// Of eight components that lie side by side each.
+    velocity: Vec<Lanes>,
+    tiles: Vec<Tile>,
     pub(super) particles: Particles,
 }
 
-/// What belongs to a component of the search space, repeated for every
-/// particle: one loop can then run over all components of all particles.
-#[derive(Default)]
-struct Tiles {
-    lower: Vec<f64>,
-    upper: Vec<f64>,
-    fastest: Vec<f64>,
-    centre: Vec<f64>,
-    best: Vec<f64>,
+/// What belongs to eight components that lie side by side. Eight particles fill
+/// whole tiles, so after as many as there are components they repeat.
+struct Tile {
+    best: Lanes,
+    lower: Lanes,
+    upper: Lanes,
+    fastest: Lanes,
+    centre: Lanes,
 }
 
-impl Tiles {
-    fn new(bounds: &Bounds, velocity_share: f64, momentum: Momentum, population: usize) -> Self {
-        let widths = bounds.lower.iter().zip(&bounds.upper).map(|(lower, upper)| upper - lower);
-        let fastest: Vec<f64> = widths.map(|width| velocity_share * width).collect();
-        let centre = match momentum {
-            Momentum::ShiftedPosition => bounds.centre(),
-            Momentum::Velocity | Momentum::Position => vec![0.0; bounds.dimension()],
-        };
-        Self {
-            lower: bounds.lower.repeat(population),
-            upper: bounds.upper.repeat(population),
-            fastest: fastest.repeat(population),
-            best: bounds.lower.repeat(population),
-            centre: centre.repeat(population),
+fn tiles(bounds: &Bounds, velocity_share: f64, momentum: Momentum) -> Vec<Tile> {
+    let widths = bounds.lower.iter().zip(&bounds.upper).map(|(lower, upper)| upper - lower);
+    let fastest: Vec<f64> = widths.map(|width| velocity_share * width).collect();
+    let centre = match momentum {
+        Momentum::ShiftedPosition => bounds.centre(),
+        Momentum::Velocity | Momentum::Position => vec![0.0; bounds.dimension()],
+    };
+    let tile = |index: usize| {
+        let cut =
+            |of: &[f64]| Lanes(std::array::from_fn(|lane| of[(index * WIDTH + lane) % of.len()]));
+        Tile {
+            best: Lanes::ZERO,
+            lower: cut(&bounds.lower),
+            upper: cut(&bounds.upper),
+            fastest: cut(&fastest),
+            centre: cut(&centre),
         }
-    }
-
-    fn set_best(&mut self, best: &[f64]) {
-        for tile in self.best.chunks_exact_mut(best.len()) {
-            tile.copy_from_slice(best);
-        }
-    }
+    };
+    (0..bounds.dimension()).map(tile).collect()
 }
 
 impl<S: Schedule> Swarm<S> {
@@ -120,7 +117,7 @@ impl<S: Schedule> Swarm<S> {
             social: settings.get("social_coefficient"),
             iteration: 0,
             velocity: Vec::new(),
-            tiles: Tiles::default(),
+            tiles: Vec::new(),
             particles: Particles::default(),
         }
     }
@@ -129,9 +126,9 @@ impl<S: Schedule> Swarm<S> {
         let bounds = evaluator.bounds();
         let dimension = bounds.dimension();
         self.particles = Particles::new(self.population, dimension);
-        self.velocity = vec![0.0; self.population * dimension];
-        self.tiles =
-            Tiles::new(bounds, self.velocity_share, self.schedule.momentum(), self.population);
+        let registers = (self.population * dimension).div_ceil(WIDTH);
+        self.velocity = vec![Lanes::ZERO; registers];
+        self.tiles = tiles(bounds, self.velocity_share, self.schedule.momentum());
         self.particles.scatter(evaluator, &mut self.random);
         if self.schedule.repairs_initial() {
             for particle in self.particles.position.chunks_exact_mut(dimension) {
@@ -147,14 +144,11 @@ impl<S: Schedule> Swarm<S> {
     fn fly(&mut self, best: &[f64]) {
         let Weights { inertia, compression } =
             self.schedule.weights(self.iteration, self.iterations);
-        self.tiles.set_best(best);
-        let remembers = self.schedule.momentum() == Momentum::Velocity;
-        if !remembers {
-            let places = self.particles.position.iter().zip(&self.tiles.centre);
-            for (momentum, (x, centre)) in self.velocity.iter_mut().zip(places) {
-                *momentum = x - centre;
-            }
+        let mut repeated = best.iter().cycle();
+        for lane in self.tiles.iter_mut().flat_map(|tile| &mut tile.best.0) {
+            *lane = *repeated.next().unwrap_or(&0.0);
         }
+        let remembers = self.schedule.momentum() == Momentum::Velocity;
         // `x <- w x + ...` moves a particle by `(w - 1) x + ...`.
         let inertia = if remembers { inertia } else { inertia - 1.0 };
         Arch::new().dispatch(Flight {
@@ -164,6 +158,7 @@ impl<S: Schedule> Swarm<S> {
                 cognitive: self.cognitive,
                 social: self.social,
             },
+            remembers,
             lanes: &mut self.lanes,
             velocity: &mut self.velocity,
             particles: &mut self.particles,
@@ -191,10 +186,12 @@ impl<S: Schedule> Optimizer for Swarm<S> {
 /// One iteration's move of all particles, in the machine's widest registers.
 struct Flight<'a> {
     factors: Factors,
+    /// False if positions take the place of velocities.
+    remembers: bool,
     lanes: &'a mut RandomLanes,
-    velocity: &'a mut [f64],
+    velocity: &'a mut [Lanes],
     particles: &'a mut Particles,
-    tiles: &'a Tiles,
+    tiles: &'a [Tile],
 }
 
 #[derive(Clone, Copy)]
@@ -212,31 +209,28 @@ impl WithSimd for Flight<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { factors, lanes, velocity, particles, tiles } = self;
-        let mut random = lanes.clone();
+        let Self { factors, remembers, lanes, velocity, particles, tiles } = self;
         let (x, x_rest) = particles.position.as_chunks_mut();
-        let (v, v_rest) = velocity.as_chunks_mut();
-        let fixed: [&[f64]; 5] =
-            [&particles.own_best, &tiles.best, &tiles.lower, &tiles.upper, &tiles.fastest];
-        let [p, g, lower, upper, fastest] = fixed.map(|slice| slice.as_chunks());
-        for (index, (x, v)) in x.iter_mut().zip(v).enumerate() {
-            let at = [p, g, lower, upper, fastest].map(|(chunks, _)| &chunks[index]);
-            step(factors, random.pair(), x, v, at);
+        let (p, p_rest) = particles.own_best.as_chunks();
+        if !remembers {
+            for ((x, v), tile) in x.iter().zip(velocity.iter_mut()).zip(tiles.iter().cycle()) {
+                for l in 0..WIDTH {
+                    v.0[l] = x[l] - tile.centre.0[l];
+                }
+            }
         }
-        if !x_rest.is_empty() {
+        let mut beside = velocity.iter_mut().zip(tiles.iter().cycle());
+        // In this order of zipping, the last velocity is left to the rest.
+        for ((x, p), (v, tile)) in x.iter_mut().zip(p).zip(&mut beside) {
+            step(factors, lanes.pair(), x, &mut v.0, p, tile);
+        }
+        if let Some((v, tile)) = beside.next() {
             // Components that fill no register take the same way in a copy.
-            let copy = |rest: &[f64]| {
-                let mut chunk: Eight = [0.0; WIDTH];
-                chunk[..rest.len()].copy_from_slice(rest);
-                chunk
-            };
-            let (mut x, mut v) = (copy(x_rest), copy(v_rest));
-            let at = [p, g, lower, upper, fastest].map(|(_, rest)| copy(rest));
-            step(factors, random.pair(), &mut x, &mut v, at.each_ref());
+            let copy = |rest: &[f64]| Lanes::from_slice(rest, 0.0).0;
+            let mut x = copy(x_rest);
+            step(factors, lanes.pair(), &mut x, &mut v.0, &copy(p_rest), tile);
             x_rest.copy_from_slice(&x[..x_rest.len()]);
-            v_rest.copy_from_slice(&v[..v_rest.len()]);
         }
-        *lanes = random;
     }
 }
 
@@ -247,16 +241,17 @@ fn step(
     [r1, r2]: [Eight; 2],
     x: &mut Eight,
     v: &mut Eight,
-    [p, g, lower, upper, fastest]: [&Eight; 5],
+    p: &Eight,
+    tile: &Tile,
 ) {
     let Factors { inertia, compression, cognitive, social } = factors;
     for l in 0..WIDTH {
-        let pull = cognitive * r1[l] * (p[l] - x[l]) + social * r2[l] * (g[l] - x[l]);
+        let pull = cognitive * r1[l] * (p[l] - x[l]) + social * r2[l] * (tile.best.0[l] - x[l]);
         let wish = compression * (inertia * v[l] + pull);
-        let speed = fastest[l];
+        let speed = tile.fastest.0[l];
         let velocity = least(most(wish, -speed), speed);
         let moved = x[l] + velocity;
-        let inside = least(most(moved, lower[l]), upper[l]);
+        let inside = least(most(moved, tile.lower.0[l]), tile.upper.0[l]);
         x[l] = inside;
         v[l] = if inside == moved { velocity } else { 0.0 };
     }
