@@ -139,7 +139,13 @@ impl<S: Simd> Vector<S> {
     /// Writes register `part` of `lanes`.
     #[inline(always)]
     pub fn store(self, lanes: &mut Lanes, part: usize) {
-        S::as_mut_simd_f64s(&mut lanes.0).0[part] = self.values;
+        self.write(&mut lanes.0, part);
+    }
+
+    /// Writes register `part` of eight numbers that need not be aligned.
+    #[inline(always)]
+    pub fn write(self, numbers: &mut [f64; WIDTH], part: usize) {
+        S::as_mut_simd_f64s(numbers).0[part] = self.values;
     }
 
     /// Magnitudes.
@@ -202,6 +208,13 @@ impl<S: Simd> Vector<S> {
     #[inline(always)]
     pub fn at_most(self, other: Self) -> Mask<S> {
         let values = self.simd.less_than_or_equal_f64s(self.values, other.values);
+        Mask { simd: self.simd, values }
+    }
+
+    /// Where `self` is the same number as `other`.
+    #[inline(always)]
+    pub fn equals(self, other: Self) -> Mask<S> {
+        let values = self.simd.equal_f64s(self.values, other.values);
         Mask { simd: self.simd, values }
     }
 

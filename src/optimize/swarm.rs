@@ -5,7 +5,7 @@ use pulp::{Arch, Simd, WithSimd};
 use super::entry::Settings;
 use super::particles::Particles;
 use super::{Bounds, Evaluator, Optimizer, Step};
-use crate::math::lanes::{Lanes, WIDTH};
+use crate::math::lanes::{Lanes, Vector, WIDTH, registers};
 use crate::math::random::{RandomLanes, RandomStream};
 
 /// How the swarm's momentum changes from iteration to iteration.
@@ -153,12 +153,12 @@ impl<S: Schedule> Swarm<S> {
         let inertia = if remembers { inertia } else { inertia - 1.0 };
         Arch::new().dispatch(Flight {
             factors: Factors {
+                remembers,
                 inertia,
                 compression,
                 cognitive: self.cognitive,
                 social: self.social,
             },
-            remembers,
             lanes: &mut self.lanes,
             velocity: &mut self.velocity,
             particles: &mut self.particles,
@@ -186,8 +186,6 @@ impl<S: Schedule> Optimizer for Swarm<S> {
 /// One iteration's move of all particles, in the machine's widest registers.
 struct Flight<'a> {
     factors: Factors,
-    /// False if positions take the place of velocities.
-    remembers: bool,
     lanes: &'a mut RandomLanes,
     velocity: &'a mut [Lanes],
     particles: &'a mut Particles,
@@ -196,6 +194,8 @@ struct Flight<'a> {
 
 #[derive(Clone, Copy)]
 struct Factors {
+    /// False if positions take the place of velocities.
+    remembers: bool,
     inertia: f64,
     compression: f64,
     cognitive: f64,
@@ -208,27 +208,20 @@ impl WithSimd for Flight<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let Self { factors, remembers, lanes, velocity, particles, tiles } = self;
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { factors, lanes, velocity, particles, tiles } = self;
         let (x, x_rest) = particles.position.as_chunks_mut();
         let (p, p_rest) = particles.own_best.as_chunks();
-        if !remembers {
-            for ((x, v), tile) in x.iter().zip(velocity.iter_mut()).zip(tiles.iter().cycle()) {
-                for l in 0..WIDTH {
-                    v.0[l] = x[l] - tile.centre.0[l];
-                }
-            }
-        }
         let mut beside = velocity.iter_mut().zip(tiles.iter().cycle());
         // In this order of zipping, the last velocity is left to the rest.
         for ((x, p), (v, tile)) in x.iter_mut().zip(p).zip(&mut beside) {
-            step(factors, lanes.pair(), x, &mut v.0, p, tile);
+            step(simd, factors, lanes.pair(), x, v, p, tile);
         }
         if let Some((v, tile)) = beside.next() {
             // Components that fill no register take the same way in a copy.
             let copy = |rest: &[f64]| Lanes::from_slice(rest, 0.0).0;
             let mut x = copy(x_rest);
-            step(factors, lanes.pair(), &mut x, &mut v.0, &copy(p_rest), tile);
+            step(simd, factors, lanes.pair(), &mut x, v, &copy(p_rest), tile);
             x_rest.copy_from_slice(&x[..x_rest.len()]);
         }
     }
@@ -236,35 +229,28 @@ impl WithSimd for Flight<'_> {
 
 /// Moves eight components.
 #[inline(always)]
-fn step(
+fn step<S: Simd>(
+    simd: S,
     factors: Factors,
-    [r1, r2]: [Eight; 2],
+    [r1, r2]: &[Lanes; 2],
     x: &mut Eight,
-    v: &mut Eight,
+    v: &mut Lanes,
     p: &Eight,
     tile: &Tile,
 ) {
-    let Factors { inertia, compression, cognitive, social } = factors;
-    for l in 0..WIDTH {
-        let pull = cognitive * r1[l] * (p[l] - x[l]) + social * r2[l] * (tile.best.0[l] - x[l]);
-        let wish = compression * (inertia * v[l] + pull);
-        let speed = tile.fastest.0[l];
-        let velocity = least(most(wish, -speed), speed);
-        let moved = x[l] + velocity;
-        let inside = least(most(moved, tile.lower.0[l]), tile.upper.0[l]);
-        x[l] = inside;
-        v[l] = if inside == moved { velocity } else { 0.0 };
+    let splat = |value| Vector::splat(simd, value);
+    for part in 0..registers::<S>(WIDTH) {
+        let load = |lanes| Vector::load(simd, lanes, part);
+        let from = Vector::read(simd, x, part);
+        let own = load(r1) * factors.cognitive * (Vector::read(simd, p, part) - from);
+        let swarm = load(r2) * factors.social * (load(&tile.best) - from);
+        let momentum = if factors.remembers { load(v) } else { from - load(&tile.centre) };
+        let wish = (momentum * factors.inertia + (own + swarm)) * factors.compression;
+        let fastest = load(&tile.fastest);
+        let velocity = wish.max(-fastest).min(fastest);
+        let moved = from + velocity;
+        let inside = moved.max(load(&tile.lower)).min(load(&tile.upper));
+        inside.write(x, part);
+        inside.equals(moved).select(velocity, splat(0.0)).store(v, part);
     }
-}
-
-/// The larger of two numbers, in the form registers compute at once.
-#[inline(always)]
-fn most(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
-}
-
-/// The smaller of two numbers, in the form registers compute at once.
-#[inline(always)]
-fn least(a: f64, b: f64) -> f64 {
-    if a < b { a } else { b }
 }
