@@ -31,6 +31,8 @@ pub use evaluator::Evaluator;
 pub use minimize::{ConvergencePoint, Solution, minimize};
 pub use registry::{EXACT, OPTIMIZERS, optimizer, optimizer_names};
 
+use pulp::Arch;
+
 use crate::math::random::RandomStream;
 
 /// What is minimised, over a box.
@@ -200,11 +202,19 @@ impl Bounds {
 
     /// Moves every component of `positions` that left the box to its edge.
     pub fn clamp(&self, positions: &mut [f64]) {
-        for candidate in positions.chunks_exact_mut(self.dimension()) {
-            for ((x, &lower), &upper) in candidate.iter_mut().zip(&self.lower).zip(&self.upper) {
-                *x = x.clamp(lower, upper);
-            }
-        }
+        Arch::new().dispatch(
+            #[inline(always)]
+            || {
+                for candidate in positions.chunks_exact_mut(self.dimension()) {
+                    let ends = self.lower.iter().zip(&self.upper);
+                    for (x, (&lower, &upper)) in candidate.iter_mut().zip(ends) {
+                        // Without a branch, so that registers are filled.
+                        let raised = if *x < lower { lower } else { *x };
+                        *x = if raised > upper { upper } else { raised };
+                    }
+                }
+            },
+        );
     }
 
     /// The middle of the box.
