@@ -186,12 +186,12 @@ impl<S: Simd> Point<'_, S> {
 
     #[inline(always)]
     fn schwefel_2_22(self) -> f64 {
-        let one = Vector::splat(self.simd, 1.0);
+        let [none, one] = [0.0, 1.0].map(|value| Vector::splat(self.simd, value));
         let [sums, products] = self.fold(
             [0.0, 1.0],
             #[inline(always)]
             |[sum, product], x, factor| {
-                let counts = (one - one).below(factor);
+                let counts = none.below(factor);
                 [sum + x.abs(), product * counts.select(x.abs(), one)]
             },
         );
@@ -248,11 +248,11 @@ impl<S: Simd> Point<'_, S> {
                 (variables * 2.0).sin_squared().store(&mut ends, part);
             }
             let last = after.unwrap_or(ends.0[WIDTH - 1]);
-            for l in 0..WIDTH {
+            for (l, (term, x)) in terms.iter_mut().zip(x.0).enumerate() {
                 let next = if l + 1 < WIDTH { sines.0[l + 1] } else { last };
-                let (off, beyond) = (x.0[l] - 1.0, x.0[l].abs() - 5.0);
+                let (off, beyond) = (x - 1.0, x.abs() - 5.0);
                 let square = if beyond > 0.0 { beyond * beyond } else { 0.0 };
-                terms[l] += 0.1 * (off * off) * (1.0 + next) + 100.0 * (square * square);
+                *term += 0.1 * (off * off) * (1.0 + next) + 100.0 * (square * square);
             }
             after = Some(sines.0[register.first]);
         }
@@ -268,4 +268,36 @@ fn total([a, b, c, d, e, f, g, h]: Eight) -> f64 {
 #[inline(always)]
 fn product([a, b, c, d, e, f, g, h]: Eight) -> f64 {
     ((a * e) * (c * g)) * ((b * f) * (d * h))
+}
+
+#[cfg(test)]
+mod tests {
+    use pulp::{Arch, Scalar};
+
+    use crate::math::random::RandomStream;
+    use crate::optimize::functions::FUNCTIONS;
+
+    use super::*;
+
+    /// Nor do candidates depend on those beside them.
+    #[test]
+    fn values_do_not_depend_on_the_width_of_registers() {
+        let mut random = RandomStream::new(5, 0);
+        for function in FUNCTIONS {
+            for dimension in [1, 5, 8, 30] {
+                let layout = function.objective(dimension, true, 1).layout;
+                let mut positions = vec![0.0; 19 * dimension];
+                positions.fill_with(|| random.uniform(-function.range, function.range));
+                let (mut wide, mut narrow, mut longer) = ([0.0; 19], [0.0; 19], Vec::new());
+                let rows = layout.rows(&positions, &mut longer);
+                let (kind, layout) = (function.kind, &layout);
+                Arch::new().dispatch(Values { kind, layout, rows, values: &mut wide });
+                let stride = rows.len() / narrow.len();
+                for (row, value) in rows.chunks_exact(stride).zip(narrow.chunks_exact_mut(1)) {
+                    Values { kind, layout, rows: row, values: value }.with_simd(Scalar::new());
+                }
+                assert_eq!(wide, narrow, "{} {dimension}", function.name);
+            }
+        }
+    }
 }
