@@ -254,3 +254,47 @@ fn step<S: Simd>(
         inside.equals(moved).select(velocity, splat(0.0)).store(v, part);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use pulp::Scalar;
+
+    use super::*;
+
+    #[test]
+    fn flights_do_not_depend_on_the_width_of_registers() {
+        let bounds = Bounds { lower: vec![-1.0, 0.0, 2.0], upper: vec![1.0, 3.0, 2.5] };
+        for momentum in [Momentum::Velocity, Momentum::Position, Momentum::ShiftedPosition] {
+            let fly = |wide: bool| {
+                // Five particles of three components leave one register unfilled.
+                let mut particles = Particles::new(5, 3);
+                bounds.scatter(&mut particles.own_best, &mut RandomStream::new(1, 0));
+                bounds.scatter(&mut particles.position, &mut RandomStream::new(2, 0));
+                let mut velocity = [Lanes::ZERO; 2];
+                let mut lanes = RandomLanes::new(3, 0);
+                for _ in 0..20 {
+                    let flight = Flight {
+                        factors: Factors {
+                            remembers: momentum == Momentum::Velocity,
+                            inertia: 0.7,
+                            compression: 0.9,
+                            cognitive: 1.8,
+                            social: 2.1,
+                        },
+                        lanes: &mut lanes,
+                        velocity: &mut velocity,
+                        particles: &mut particles,
+                        tiles: &tiles(&bounds, 0.3, momentum),
+                    };
+                    if wide {
+                        Arch::new().dispatch(flight)
+                    } else {
+                        flight.with_simd(Scalar::new())
+                    }
+                }
+                particles.position
+            };
+            assert_eq!(fly(true), fly(false), "{momentum:?}");
+        }
+    }
+}
