@@ -5,6 +5,7 @@ pyswarms evaluates numpy functions of the whole swarm, pygmo its own functions
 in C++ (it offers no sphere; Rosenbrock is its cheapest smooth one).
 """
 
+import statistics
 import time
 
 import numpy as np
@@ -28,9 +29,9 @@ def griewank(x):
     return 1 + (x * x).sum(axis=1) / 4000 - np.cos(x / roots).prod(axis=1)
 
 
-def least(times, run):
-    best = min(run(seed) for seed in range(times))
-    return best / (PARTICLES * ITERATIONS) * 1e9
+def nanoseconds(run, runs=7):
+    times = [run(seed) / (PARTICLES * ITERATIONS) * 1e9 for seed in range(runs)]
+    return f"{min(times):.0f} to {statistics.median(times):.0f} ns (least and median of {runs} runs)"
 
 
 def with_pyswarms(function, half_width):
@@ -61,7 +62,7 @@ def with_pygmo(problem):
 for name, function, half_width in [
     ("Sphere", sphere, 100), ("Ackley", ackley, 32), ("Griewank", griewank, 600),
 ]:
-    print(f"pyswarms {name}: {least(3, with_pyswarms(function, half_width)):.0f} ns")
+    print(f"pyswarms {name}: {nanoseconds(with_pyswarms(function, half_width))}")
 for problem in [pygmo.rosenbrock(DIMENSION), pygmo.ackley(DIMENSION), pygmo.griewank(DIMENSION)]:
     name = pygmo.problem(problem).get_name()
-    print(f"pygmo {name}: {least(5, with_pygmo(problem)):.0f} ns")
+    print(f"pygmo {name}: {nanoseconds(with_pygmo(problem))}")

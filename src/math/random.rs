@@ -6,7 +6,7 @@
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use super::lanes::WIDTH;
+use super::lanes::{Lanes, WIDTH};
 
 /// A stream of random numbers: xoshiro256++, seeded through SplitMix64.
 #[derive(Clone, Debug)]
@@ -34,50 +34,61 @@ impl RandomStream {
 
 /// Eight streams side by side, for loops that draw for eight numbers at a time.
 ///
-/// xoshiro256++ like [`RandomStream`], one generator per lane; plain arrays, so
-/// that the compiler makes wide instructions of it.
+/// xoshiro256++ like [`RandomStream`], one generator per lane. Several rounds
+/// are drawn in advance, lane by lane: state stays in registers meanwhile, and
+/// the loop over lanes is one that the compiler makes wide.
 #[derive(Clone, Debug)]
-pub struct RandomLanes([[u64; WIDTH]; 4]);
+pub struct RandomLanes {
+    state: [[u64; WIDTH]; 4],
+    drawn: [[Lanes; 2]; Self::ROUNDS],
+    /// The next of `drawn` to hand out.
+    next: usize,
+}
 
 impl RandomLanes {
+    const ROUNDS: usize = 8;
+
     /// Stream `stream` of `seed`: word `w` of lane `l` starts as
     /// `derive_seed(derive_seed(seed, stream), 4 l + w)`.
     pub fn new(seed: u64, stream: u64) -> Self {
         let seed = derive_seed(seed, stream);
         let word = |w: usize, l: usize| derive_seed(seed, (4 * l + w) as u64);
-        Self(std::array::from_fn(|w| std::array::from_fn(|l| word(w, l))))
-    }
-
-    /// 64 random bits per lane.
-    #[inline(always)]
-    pub fn bits(&mut self) -> [u64; WIDTH] {
-        let [s0, s1, s2, s3] = &mut self.0;
-        let mut bits = [0; WIDTH];
-        for l in 0..WIDTH {
-            bits[l] = s0[l].wrapping_add(s3[l]).rotate_left(23).wrapping_add(s0[l]);
-            let t = s1[l] << 17;
-            s2[l] ^= s0[l];
-            s3[l] ^= s1[l];
-            s1[l] ^= s2[l];
-            s0[l] ^= s3[l];
-            s2[l] ^= t;
-            s3[l] = s3[l].rotate_left(45);
-        }
-        bits
+        let state = std::array::from_fn(|w| std::array::from_fn(|l| word(w, l)));
+        Self { state, drawn: [[Lanes::ZERO; 2]; Self::ROUNDS], next: Self::ROUNDS }
     }
 
     /// Two numbers uniform in [0, 1) per lane, multiples of 2^-32: the upper
     /// and the lower half of its 64 bits.
     #[inline(always)]
-    pub fn pair(&mut self) -> [[f64; WIDTH]; 2] {
-        const SCALE: f64 = 1.0 / (1u64 << 32) as f64;
-        let bits = self.bits();
-        let mut pair = [[0.0; WIDTH]; 2];
-        for l in 0..WIDTH {
-            pair[0][l] = f64::from((bits[l] >> 32) as u32) * SCALE;
-            pair[1][l] = f64::from(bits[l] as u32) * SCALE;
+    pub fn pair(&mut self) -> &[Lanes; 2] {
+        if self.next == Self::ROUNDS {
+            self.draw();
+            self.next = 0;
         }
-        pair
+        self.next += 1;
+        &self.drawn[self.next - 1]
+    }
+
+    #[inline(always)]
+    fn draw(&mut self) {
+        const SCALE: f64 = 1.0 / (1u64 << 32) as f64;
+        let [w0, w1, w2, w3] = &mut self.state;
+        for l in 0..WIDTH {
+            let (mut s0, mut s1, mut s2, mut s3) = (w0[l], w1[l], w2[l], w3[l]);
+            for [upper, lower] in &mut self.drawn {
+                let bits = s0.wrapping_add(s3).rotate_left(23).wrapping_add(s0);
+                upper.0[l] = f64::from((bits >> 32) as u32) * SCALE;
+                lower.0[l] = f64::from(bits as u32) * SCALE;
+                let t = s1 << 17;
+                s2 ^= s0;
+                s3 ^= s1;
+                s1 ^= s2;
+                s0 ^= s3;
+                s2 ^= t;
+                s3 = s3.rotate_left(45);
+            }
+            (w0[l], w1[l], w2[l], w3[l]) = (s0, s1, s2, s3);
+        }
     }
 }
 
@@ -120,6 +131,7 @@ mod tests {
     /// Lane by lane the generator of the crate that [`RandomStream`] uses.
     #[test]
     fn lanes_are_streams_of_their_own() {
+        const TWO_TO_32: f64 = 4_294_967_296.0;
         let mut lanes = RandomLanes::new(7, 3);
         let seed = derive_seed(7, 3);
         let mut single: Vec<Xoshiro256PlusPlus> = (0..WIDTH as u64)
@@ -130,8 +142,11 @@ mod tests {
             })
             .collect();
         for _ in 0..1000 {
-            let expected: Vec<u64> = single.iter_mut().map(|s| s.next_u64()).collect();
-            assert_eq!(lanes.bits().to_vec(), expected);
+            let [upper, lower] = lanes.pair().map(|half| half.0.map(|x| (x * TWO_TO_32) as u64));
+            for (stream, halves) in single.iter_mut().zip(upper.into_iter().zip(lower)) {
+                let bits = stream.next_u64();
+                assert_eq!(halves, (bits >> 32, bits & 0xffff_ffff));
+            }
         }
     }
 
@@ -141,7 +156,7 @@ mod tests {
         let mut counts = [[0u32; 10]; 2];
         for _ in 0..12_500 {
             for (counts, half) in counts.iter_mut().zip(lanes.pair()) {
-                half.iter().for_each(|x| counts[(x * 10.0) as usize] += 1);
+                half.0.iter().for_each(|x| counts[(x * 10.0) as usize] += 1);
             }
         }
         let even = |&count: &u32| (9_600..10_400).contains(&count);

@@ -113,9 +113,11 @@ impl<'a> Evaluator<'a> {
     /// whose fitness is not a number; the very first ones are evaluated even
     /// without any time.
     pub fn population(&mut self, positions: &[f64], fitness: &mut [f64]) {
-        self.evaluate(positions, fitness, f64::INFINITY, |candidate, position| {
-            let fitness = candidate.fitness(position);
-            if fitness.is_nan() { f64::INFINITY } else { fitness }
+        self.evaluate(positions, fitness, f64::INFINITY, |candidate, first, positions, fitness| {
+            candidate.batch(first, positions, fitness);
+            for fitness in fitness.iter_mut().filter(|fitness| fitness.is_nan()) {
+                *fitness = f64::INFINITY;
+            }
         });
         let dimension = self.bounds().dimension();
         for (position, &fitness) in positions.chunks_exact(dimension).zip(fitness.iter()) {
@@ -125,26 +127,34 @@ impl<'a> Evaluator<'a> {
 
     /// Like [`population`](Self::population), with what the fitnesses are made of.
     pub fn appraise(&mut self, positions: &[f64], appraisals: &mut [Appraisal]) {
-        self.evaluate(positions, appraisals, Appraisal::UNUSABLE, |candidate, position| {
-            let appraisal = candidate.appraise(position);
-            let Appraisal { fitness, cost, excess } = appraisal;
-            let known = !(fitness.is_nan() || cost.is_nan() || excess.is_nan());
-            if known { appraisal } else { Appraisal::UNUSABLE }
-        });
         let dimension = self.bounds().dimension();
+        self.evaluate(
+            positions,
+            appraisals,
+            Appraisal::UNUSABLE,
+            |candidate, _, positions, all| {
+                for (position, appraisal) in positions.chunks_exact(dimension).zip(all) {
+                    let Appraisal { fitness, cost, excess } = candidate.appraise(position);
+                    if !(fitness.is_nan() || cost.is_nan() || excess.is_nan()) {
+                        *appraisal = Appraisal { fitness, cost, excess };
+                    }
+                }
+            },
+        );
         for (position, appraisal) in positions.chunks_exact(dimension).zip(appraisals.iter()) {
             self.offer(position, appraisal.fitness);
         }
     }
 
-    /// Writes what `of` says about every candidate; `unusable` about those
-    /// beyond the budget.
+    /// Has `all` write what it says about every candidate, a chunk at a time,
+    /// the first of which is evaluation number so and so of the search; leaves
+    /// `unusable` about those beyond the budget.
     fn evaluate<T: Copy + Send>(
         &mut self,
         positions: &[f64],
         values: &mut [T],
         unusable: T,
-        of: impl Fn(&mut dyn Candidate, &[f64]) -> T + Sync,
+        all: impl Fn(&mut dyn Candidate, u64, &[f64], &mut [T]) + Sync,
     ) {
         values.fill(unusable);
         let dimension = self.bounds().dimension();
@@ -156,15 +166,6 @@ impl<'a> Evaluator<'a> {
         }
         let chunk = ((CHUNK_NS / self.objective.evaluation_ns()) as usize).clamp(1, CHUNK);
         let mut done = 0;
-        let all = |candidate: &mut Box<dyn Candidate + 'a>,
-                   first: u64,
-                   positions: &[f64],
-                   values: &mut [T]| {
-            candidate.seek(first);
-            for (position, value) in positions.chunks_exact(dimension).zip(values) {
-                *value = of(candidate.as_mut(), position);
-            }
-        };
         while done < values.len() && (self.evaluations == 0 || self.stop_reason().is_none()) {
             // To the number, so that a limit gives the same result on any
             // number of threads.
@@ -175,7 +176,7 @@ impl<'a> Evaluator<'a> {
             let values = &mut values[done..done + round];
             let before = self.evaluations;
             if threads == 1 {
-                all(&mut self.candidates[0], before, positions, values);
+                all(self.candidates[0].as_mut(), before, positions, values);
             } else {
                 self.candidates
                     .par_iter_mut()
@@ -183,7 +184,7 @@ impl<'a> Evaluator<'a> {
                     .zip(values.par_chunks_mut(chunk))
                     .enumerate()
                     .for_each(|(at, ((candidate, positions), values))| {
-                        all(candidate, before + (at * chunk) as u64, positions, values);
+                        all(candidate.as_mut(), before + (at * chunk) as u64, positions, values);
                     });
             }
             self.evaluations += round as u64;

@@ -5,12 +5,14 @@
 //! value 0 (F5's noise aside), most of them at the origin, which methods that draw their
 //! candidates there make look easy. Shifted, the optimum lies somewhere else.
 
-use std::f64::consts::{E, PI};
+mod values;
 
-use pulp::{Arch, Simd, WithSimd};
+use std::f64::consts::PI;
 
+use pulp::Arch;
+
+use self::values::{Layout, Values};
 use super::{Bounds, Candidate, Objective};
-use crate::math::lanes::{WIDTH, sin_squared};
 use crate::math::random::{RandomStream, derive_seed};
 
 /// A function to measure optimizers on, of any dimension.
@@ -141,15 +143,18 @@ impl Function {
             let size = random.uniform(0.2, 0.4) * self.range;
             if random.unit() < 0.5 { -size } else { size }
         };
-        let shifts = (0..dimension).map(|_| if shifted { shift() } else { 0.0 }).collect();
         let factor = |i: usize| match self.kind {
             Kind::NoisyQuartic => (i + 1) as f64,
             // Griewank's angles in half turns, halved: cos(2 a) = 1 - 2 sin² a.
             Kind::Griewank => 0.5 / (PI * ((i + 1) as f64).sqrt()),
             _ => 1.0,
         };
-        let factors = (0..dimension.next_multiple_of(WIDTH)).map(factor).collect();
-        FunctionObjective { function: self, bounds, shifts, factors, seed }
+        let shifts: Vec<f64> =
+            (0..dimension).map(|_| if shifted { shift() } else { 0.0 }).collect();
+        let factors: Vec<f64> = (0..dimension).map(factor).collect();
+        // Lanes without a variable stand where they add nothing to any sum.
+        let layout = Layout::new(&shifts, &factors, self.optimum);
+        FunctionObjective { function: self, bounds, shifts, layout, seed }
     }
 }
 
@@ -159,8 +164,7 @@ pub struct FunctionObjective {
     function: &'static Function,
     bounds: Bounds,
     shifts: Vec<f64>,
-    /// A factor per variable, padded to whole registers.
-    factors: Vec<f64>,
+    layout: Layout,
     seed: u64,
 }
 
@@ -177,51 +181,36 @@ impl Objective for FunctionObjective {
     }
 
     fn candidate(&self) -> Box<dyn Candidate + '_> {
-        // Padding stands at a place that adds nothing to any sum or product.
-        let padded = self.factors.len();
-        Box::new(FunctionCandidate {
-            objective: self,
-            arch: Arch::new(),
-            x: vec![self.function.optimum; padded],
-            evaluation: 0,
-        })
+        Box::new(FunctionCandidate { objective: self, rows: Vec::new() })
     }
 
     fn evaluation_ns(&self) -> f64 {
-        20.0 + 2.0 * self.shifts.len() as f64
+        10.0 + self.shifts.len() as f64
     }
 }
 
 struct FunctionCandidate<'a> {
     objective: &'a FunctionObjective,
-    arch: Arch,
-    /// The position from the shifted origin.
-    x: Vec<f64>,
-    /// Number of the next evaluation in the search.
-    evaluation: u64,
+    /// Candidates too short for a register, lengthened.
+    rows: Vec<f64>,
 }
 
 impl Candidate for FunctionCandidate<'_> {
-    fn seek(&mut self, evaluation: u64) {
-        self.evaluation = evaluation;
+    /// As the first evaluation of a search.
+    fn fitness(&mut self, position: &[f64]) -> f64 {
+        let mut value = [f64::INFINITY];
+        self.batch(0, position, &mut value);
+        value[0]
     }
 
-    fn fitness(&mut self, position: &[f64]) -> f64 {
-        let FunctionObjective { function, factors, seed, .. } = self.objective;
-        let dimension = position.len();
-        let value = self.arch.dispatch(Value {
-            kind: function.kind,
-            position,
-            shifts: &self.objective.shifts,
-            x: &mut self.x,
-            factors,
-            dimension,
-        });
-        let evaluation = self.evaluation;
-        self.evaluation += 1;
-        match function.kind {
-            Kind::NoisyQuartic => value + noise(*seed, evaluation),
-            _ => value,
+    fn batch(&mut self, first: u64, positions: &[f64], fitness: &mut [f64]) {
+        let FunctionObjective { function, layout, seed, .. } = self.objective;
+        let rows = layout.rows(positions, &mut self.rows);
+        Arch::new().dispatch(Values { kind: function.kind, layout, rows, values: fitness });
+        if function.kind == Kind::NoisyQuartic {
+            for (evaluation, value) in (first..).zip(fitness) {
+                *value += noise(*seed, evaluation);
+            }
         }
     }
 }
@@ -232,149 +221,10 @@ fn noise(seed: u64, evaluation: u64) -> f64 {
     (derive_seed(seed, evaluation) >> 11) as f64 * SCALE
 }
 
-/// A function's value, noise aside, in the machine's widest registers.
-struct Value<'a> {
-    kind: Kind,
-    position: &'a [f64],
-    shifts: &'a [f64],
-    x: &'a mut [f64],
-    factors: &'a [f64],
-    dimension: usize,
-}
-
-impl WithSimd for Value<'_> {
-    type Output = f64;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> f64 {
-        for (x, (at, shift)) in self.x.iter_mut().zip(self.position.iter().zip(self.shifts)) {
-            *x = at - shift;
-        }
-        let (x, _) = self.x.as_chunks::<WIDTH>();
-        let (factors, _) = self.factors.as_chunks::<WIDTH>();
-        let n = self.dimension as f64;
-        match self.kind {
-            Kind::Sphere => sum(x, |x| x * x),
-            Kind::Schwefel222 => {
-                // Padding is zero, and would make every product zero.
-                let product = self.x[..self.dimension].iter().fold(1.0, |p, x| p * x.abs());
-                sum(x, f64::abs) + product
-            }
-            Kind::Schwefel221 => largest(x),
-            Kind::Step => sum(x, |x| (x + 0.5) * (x + 0.5)),
-            Kind::NoisyQuartic => weighted(x, factors, |x, i| i * (x * x) * (x * x)),
-            Kind::Ackley => {
-                let squares = sum(x, |x| x * x) / n;
-                // Padding adds sin² 0 = 0; cos(2 pi x) = 1 - 2 sin²(pi x).
-                let cosines = 1.0 - 2.0 * sum_of_sines(x, 1.0) / n;
-                // In this order rounding leaves a positive number at the optimum.
-                -20.0 * libm::exp(-0.2 * squares.sqrt()) - libm::exp(cosines) + 20.0 + E
-            }
-            Kind::Griewank => 1.0 + sum(x, |x| x * x) / 4000.0 - product_of_cosines(x, factors),
-            Kind::Penalised2 => penalised_2(&self.x[..self.dimension], x),
-        }
-    }
-}
-
-/// Sum of `f` over all variables, lane by lane first.
-#[inline(always)]
-fn sum(x: &[[f64; WIDTH]], f: impl Fn(f64) -> f64) -> f64 {
-    let mut sums = [0.0; WIDTH];
-    for x in x {
-        for l in 0..WIDTH {
-            sums[l] += f(x[l]);
-        }
-    }
-    total(sums)
-}
-
-#[inline(always)]
-fn weighted(x: &[[f64; WIDTH]], factors: &[[f64; WIDTH]], f: impl Fn(f64, f64) -> f64) -> f64 {
-    let mut sums = [0.0; WIDTH];
-    for (x, factors) in x.iter().zip(factors) {
-        for l in 0..WIDTH {
-            sums[l] += f(x[l], factors[l]);
-        }
-    }
-    total(sums)
-}
-
-#[inline(always)]
-fn largest(x: &[[f64; WIDTH]]) -> f64 {
-    let mut most = [0.0f64; WIDTH];
-    for x in x {
-        for l in 0..WIDTH {
-            most[l] = if x[l].abs() > most[l] { x[l].abs() } else { most[l] };
-        }
-    }
-    most.into_iter().fold(0.0, f64::max)
-}
-
-/// Sum of `sin²(pi factor x)`.
-#[inline(always)]
-fn sum_of_sines(x: &[[f64; WIDTH]], factor: f64) -> f64 {
-    let mut sums = [0.0; WIDTH];
-    for x in x {
-        let sines = sin_squared(x.map(
-            #[inline(always)]
-            |x| factor * x,
-        ));
-        for l in 0..WIDTH {
-            sums[l] += sines[l];
-        }
-    }
-    total(sums)
-}
-
-/// Product of `cos(2 pi factor x)`.
-#[inline(always)]
-fn product_of_cosines(x: &[[f64; WIDTH]], factors: &[[f64; WIDTH]]) -> f64 {
-    let mut products = [1.0; WIDTH];
-    for (x, factors) in x.iter().zip(factors) {
-        let mut halves = [0.0; WIDTH];
-        for l in 0..WIDTH {
-            halves[l] = factors[l] * x[l];
-        }
-        let sines = sin_squared(halves);
-        for l in 0..WIDTH {
-            products[l] *= 1.0 - 2.0 * sines[l];
-        }
-    }
-    let [a, b, c, d, e, f, g, h] = products;
-    ((a * e) * (c * g)) * ((b * f) * (d * h))
-}
-
-#[inline(always)]
-fn penalised_2(used: &[f64], x: &[[f64; WIDTH]]) -> f64 {
-    let (Some(first), Some(last)) = (used.first(), used.last()) else { return 0.0 };
-    // The factor of a variable holds the sine of the next: carried from the back.
-    let square = |z: f64| sin_squared([z; WIDTH])[0];
-    let mut after = square(2.0 * last);
-    let mut terms = 0.0;
-    for (chunk, x) in x.iter().enumerate().rev() {
-        let sines = sin_squared(x.map(
-            #[inline(always)]
-            |x| 3.0 * x,
-        ));
-        for l in (0..WIDTH.min(used.len() - chunk * WIDTH)).rev() {
-            terms += (x[l] - 1.0) * (x[l] - 1.0) * (1.0 + after);
-            after = sines[l];
-        }
-    }
-    0.1 * (square(3.0 * first) + terms)
-        + sum(x, |x| {
-            let beyond = (x.abs() - 5.0).max(0.0);
-            100.0 * (beyond * beyond) * (beyond * beyond)
-        })
-}
-
-#[inline(always)]
-fn total([a, b, c, d, e, f, g, h]: [f64; WIDTH]) -> f64 {
-    ((a + e) + (c + g)) + ((b + f) + (d + h))
-}
-
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::E;
+
     use super::*;
 
     fn value(name: &str, x: &[f64]) -> f64 {
@@ -456,15 +306,15 @@ mod tests {
     #[test]
     fn noise_is_fresh_and_repeats() {
         let objective = function("f5").unwrap().objective(3, false, 9);
-        let zero = [0.0; 3];
-        let mut one = objective.candidate();
-        let row: Vec<f64> = (0..100).map(|_| one.fitness(&zero)).collect();
-        let mut distinct = row.clone();
+        let zeros = [0.0; 3 * 100];
+        let mut row = [0.0; 100];
+        objective.candidate().batch(0, &zeros, &mut row);
+        let mut distinct = row.to_vec();
         distinct.sort_by(f64::total_cmp);
         distinct.dedup();
         assert_eq!(distinct.len(), 100);
-        let mut other = objective.candidate();
-        other.seek(40);
-        assert_eq!(other.fitness(&zero), row[40]);
+        let mut part = [0.0; 60];
+        objective.candidate().batch(40, &zeros[..3 * 60], &mut part);
+        assert_eq!(part, row[40..]);
     }
 }

@@ -15,6 +15,8 @@
 
 use std::f64::consts::PI;
 
+use pulp::Arch;
+
 use super::entry::{OptimizerEntry, Parameter, SHIFT, Settings, flag, iterations, population};
 use super::particles::mean;
 use super::{Evaluator, Objective, Optimizer, Step};
@@ -77,10 +79,15 @@ impl GoldenSine {
             let second = if self.coupled { first } else { self.random.unit() };
             let sine = libm::sin(2.0 * PI * first);
             let reach = PI * second * sine;
-            for ((x, g), o) in candidate.iter_mut().zip(best).zip(&self.origin) {
-                let (from, to) = (*x - o, g - o);
-                *x = o + (from * sine.abs() - reach * (x1 * to - x2 * from).abs());
-            }
+            Arch::new().dispatch(
+                #[inline(always)]
+                || {
+                    for ((x, g), o) in candidate.iter_mut().zip(best).zip(&self.origin) {
+                        let (from, to) = (*x - o, g - o);
+                        *x = o + (from * sine.abs() - reach * (x1 * to - x2 * from).abs());
+                    }
+                },
+            );
         }
         evaluator.bounds().clamp(&mut self.position);
     }

@@ -16,6 +16,8 @@
 
 use std::f64::consts::PI;
 
+use pulp::Arch;
+
 use super::entry::{
     OptimizerEntry, Parameter, SHIFT, Settings, flag, iterations, population, real,
 };
@@ -115,20 +117,26 @@ impl GoldenSwarm {
         let best = evaluator.best_position();
         let dimension = best.len();
         let w = s_curve(self.inertia, self.iteration, self.iterations);
-        let particles = self.particles.position.chunks_exact_mut(dimension);
-        for (x, p) in particles.zip(self.particles.own_best.chunks_exact(dimension)) {
-            let mut turn = Turn::draw(&mut self.random);
-            for d in 0..dimension {
-                if self.per_component && d > 0 {
-                    turn = Turn::draw(&mut self.random);
-                }
-                let o = self.origin[d];
-                let (from, own, to) = (x[d] - o, p[d] - o, best[d] - o);
-                let pull = self.cognitive * turn.sine.abs() * (own - from);
-                let span = (self.section.x1 * to - self.section.x2 * from).abs();
-                let step = self.golden * turn.reach * span;
-                x[d] = o + self.lambda * (w * from + pull - step); // Eq. (29)
-            }
+        // Components that move by the same draw lie side by side.
+        let alike = if self.per_component { 1 } else { dimension };
+        let particles = self.particles.position.chunks_exact_mut(alike);
+        let beside = best.chunks_exact(alike).zip(self.origin.chunks_exact(alike)).cycle();
+        let owns = self.particles.own_best.chunks_exact(alike);
+        for ((x, own), (best, origin)) in particles.zip(owns).zip(beside) {
+            let turn = Turn::draw(&mut self.random);
+            let (lambda, c1, c2) = (self.lambda, self.cognitive, self.golden);
+            let GoldenSection { x1, x2, .. } = self.section;
+            Arch::new().dispatch(
+                #[inline(always)]
+                || {
+                    for (((x, p), g), o) in x.iter_mut().zip(own).zip(best).zip(origin) {
+                        let (from, own, to) = (*x - o, p - o, g - o);
+                        let pull = c1 * turn.sine.abs() * (own - from);
+                        let step = c2 * turn.reach * (x1 * to - x2 * from).abs();
+                        *x = o + lambda * (w * from + pull - step); // Eq. (29)
+                    }
+                },
+            );
         }
         evaluator.bounds().clamp(&mut self.particles.position);
     }

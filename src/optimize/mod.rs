@@ -31,6 +31,8 @@ pub use evaluator::Evaluator;
 pub use minimize::{ConvergencePoint, Solution, minimize};
 pub use registry::{EXACT, OPTIMIZERS, optimizer, optimizer_names};
 
+use pulp::Arch;
+
 use crate::math::random::RandomStream;
 
 /// What is minimised, over a box.
@@ -106,10 +108,16 @@ pub trait Candidate: Send {
     /// The value to minimise; infinite for a candidate that is not to be used.
     fn fitness(&mut self, position: &[f64]) -> f64;
 
-    /// Says which evaluation of the search comes next; [`fitness`](Self::fitness)
-    /// is then called for one after the other. For objectives with noise, which
-    /// must not depend on the thread that evaluates.
-    fn seek(&mut self, _evaluation: u64) {}
+    /// Writes the fitness of several candidates that lie one behind the other;
+    /// that of the first is evaluation number `first` of the search. For
+    /// objectives that evaluate many at less cost, or with noise, which must not
+    /// depend on the thread that evaluates.
+    fn batch(&mut self, _first: u64, positions: &[f64], fitness: &mut [f64]) {
+        let dimension = positions.len() / fitness.len().max(1);
+        for (position, fitness) in positions.chunks_exact(dimension.max(1)).zip(fitness) {
+            *fitness = self.fitness(position);
+        }
+    }
 
     /// The fitness together with what it is made of, where the objective can
     /// tell cost and broken constraints apart; by default all of it is cost.
@@ -194,11 +202,19 @@ impl Bounds {
 
     /// Moves every component of `positions` that left the box to its edge.
     pub fn clamp(&self, positions: &mut [f64]) {
-        for candidate in positions.chunks_exact_mut(self.dimension()) {
-            for ((x, &lower), &upper) in candidate.iter_mut().zip(&self.lower).zip(&self.upper) {
-                *x = x.clamp(lower, upper);
-            }
-        }
+        Arch::new().dispatch(
+            #[inline(always)]
+            || {
+                for candidate in positions.chunks_exact_mut(self.dimension()) {
+                    let ends = self.lower.iter().zip(&self.upper);
+                    for (x, (&lower, &upper)) in candidate.iter_mut().zip(ends) {
+                        // Without a branch, so that registers are filled.
+                        let raised = if *x < lower { lower } else { *x };
+                        *x = if raised > upper { upper } else { raised };
+                    }
+                }
+            },
+        );
     }
 
     /// The middle of the box.

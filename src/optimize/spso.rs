@@ -4,6 +4,9 @@
 //! eq. 22) use it: `x <- w x + c1 r1 (p - x) + c2 r2 (g - x)`, clamped to the box, with fresh
 //! `r1`, `r2` per particle and component and `w` falling linearly (Chen prints no range).
 //!
+//! Deviation, of rounding alone: the swarm's common step moves a particle by
+//! `(w - 1) x + c1 r1 (p - x) + c2 r2 (g - x)`, which is added to `x`.
+//!
 //! Mind: `w x` draws every particle to the origin, whatever is minimised. That flatters the
 //! method where the optimum lies there and harms it elsewhere.
 

@@ -5,7 +5,7 @@ use pulp::{Arch, Simd, WithSimd};
 use super::entry::Settings;
 use super::particles::Particles;
 use super::{Bounds, Evaluator, Optimizer, Step};
-use crate::math::lanes::WIDTH;
+use crate::math::lanes::{Lanes, Vector, WIDTH, registers};
 use crate::math::random::{RandomLanes, RandomStream};
 
 /// How the swarm's momentum changes from iteration to iteration.
@@ -62,44 +62,41 @@ pub struct Swarm<S> {
     /// Largest step as a share of the box.
     velocity_share: f64,
     iteration: u64,
-    velocity: Vec<f64>,
-    tiles: Tiles,
+    /// Of eight components that lie side by side each.
+    velocity: Vec<Lanes>,
+    tiles: Vec<Tile>,
     pub(super) particles: Particles,
 }
 
-/// What belongs to a component of the search space, repeated for every
-/// particle: one loop can then run over all components of all particles.
-#[derive(Default)]
-struct Tiles {
-    lower: Vec<f64>,
-    upper: Vec<f64>,
-    fastest: Vec<f64>,
-    centre: Vec<f64>,
-    best: Vec<f64>,
+/// What belongs to eight components that lie side by side. Eight particles fill
+/// whole tiles, so after as many as there are components they repeat.
+struct Tile {
+    best: Lanes,
+    lower: Lanes,
+    upper: Lanes,
+    fastest: Lanes,
+    centre: Lanes,
 }
 
-impl Tiles {
-    fn new(bounds: &Bounds, velocity_share: f64, momentum: Momentum, population: usize) -> Self {
-        let widths = bounds.lower.iter().zip(&bounds.upper).map(|(lower, upper)| upper - lower);
-        let fastest: Vec<f64> = widths.map(|width| velocity_share * width).collect();
-        let centre = match momentum {
-            Momentum::ShiftedPosition => bounds.centre(),
-            Momentum::Velocity | Momentum::Position => vec![0.0; bounds.dimension()],
-        };
-        Self {
-            lower: bounds.lower.repeat(population),
-            upper: bounds.upper.repeat(population),
-            fastest: fastest.repeat(population),
-            best: bounds.lower.repeat(population),
-            centre: centre.repeat(population),
+fn tiles(bounds: &Bounds, velocity_share: f64, momentum: Momentum) -> Vec<Tile> {
+    let widths = bounds.lower.iter().zip(&bounds.upper).map(|(lower, upper)| upper - lower);
+    let fastest: Vec<f64> = widths.map(|width| velocity_share * width).collect();
+    let centre = match momentum {
+        Momentum::ShiftedPosition => bounds.centre(),
+        Momentum::Velocity | Momentum::Position => vec![0.0; bounds.dimension()],
+    };
+    let tile = |index: usize| {
+        let cut =
+            |of: &[f64]| Lanes(std::array::from_fn(|lane| of[(index * WIDTH + lane) % of.len()]));
+        Tile {
+            best: Lanes::ZERO,
+            lower: cut(&bounds.lower),
+            upper: cut(&bounds.upper),
+            fastest: cut(&fastest),
+            centre: cut(&centre),
         }
-    }
-
-    fn set_best(&mut self, best: &[f64]) {
-        for tile in self.best.chunks_exact_mut(best.len()) {
-            tile.copy_from_slice(best);
-        }
-    }
+    };
+    (0..bounds.dimension()).map(tile).collect()
 }
 
 impl<S: Schedule> Swarm<S> {
@@ -120,7 +117,7 @@ impl<S: Schedule> Swarm<S> {
             social: settings.get("social_coefficient"),
             iteration: 0,
             velocity: Vec::new(),
-            tiles: Tiles::default(),
+            tiles: Vec::new(),
             particles: Particles::default(),
         }
     }
@@ -129,9 +126,9 @@ impl<S: Schedule> Swarm<S> {
         let bounds = evaluator.bounds();
         let dimension = bounds.dimension();
         self.particles = Particles::new(self.population, dimension);
-        self.velocity = vec![0.0; self.population * dimension];
-        self.tiles =
-            Tiles::new(bounds, self.velocity_share, self.schedule.momentum(), self.population);
+        let registers = (self.population * dimension).div_ceil(WIDTH);
+        self.velocity = vec![Lanes::ZERO; registers];
+        self.tiles = tiles(bounds, self.velocity_share, self.schedule.momentum());
         self.particles.scatter(evaluator, &mut self.random);
         if self.schedule.repairs_initial() {
             for particle in self.particles.position.chunks_exact_mut(dimension) {
@@ -147,18 +144,16 @@ impl<S: Schedule> Swarm<S> {
     fn fly(&mut self, best: &[f64]) {
         let Weights { inertia, compression } =
             self.schedule.weights(self.iteration, self.iterations);
-        self.tiles.set_best(best);
-        let remembers = self.schedule.momentum() == Momentum::Velocity;
-        if !remembers {
-            let places = self.particles.position.iter().zip(&self.tiles.centre);
-            for (momentum, (x, centre)) in self.velocity.iter_mut().zip(places) {
-                *momentum = x - centre;
-            }
+        let mut repeated = best.iter().cycle();
+        for lane in self.tiles.iter_mut().flat_map(|tile| &mut tile.best.0) {
+            *lane = *repeated.next().unwrap_or(&0.0);
         }
+        let remembers = self.schedule.momentum() == Momentum::Velocity;
         // `x <- w x + ...` moves a particle by `(w - 1) x + ...`.
         let inertia = if remembers { inertia } else { inertia - 1.0 };
         Arch::new().dispatch(Flight {
             factors: Factors {
+                remembers,
                 inertia,
                 compression,
                 cognitive: self.cognitive,
@@ -192,13 +187,15 @@ impl<S: Schedule> Optimizer for Swarm<S> {
 struct Flight<'a> {
     factors: Factors,
     lanes: &'a mut RandomLanes,
-    velocity: &'a mut [f64],
+    velocity: &'a mut [Lanes],
     particles: &'a mut Particles,
-    tiles: &'a Tiles,
+    tiles: &'a [Tile],
 }
 
 #[derive(Clone, Copy)]
 struct Factors {
+    /// False if positions take the place of velocities.
+    remembers: bool,
     inertia: f64,
     compression: f64,
     cognitive: f64,
@@ -211,65 +208,93 @@ impl WithSimd for Flight<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
+    fn with_simd<S: Simd>(self, simd: S) {
         let Self { factors, lanes, velocity, particles, tiles } = self;
-        let mut random = lanes.clone();
         let (x, x_rest) = particles.position.as_chunks_mut();
-        let (v, v_rest) = velocity.as_chunks_mut();
-        let fixed: [&[f64]; 5] =
-            [&particles.own_best, &tiles.best, &tiles.lower, &tiles.upper, &tiles.fastest];
-        let [p, g, lower, upper, fastest] = fixed.map(|slice| slice.as_chunks());
-        for (index, (x, v)) in x.iter_mut().zip(v).enumerate() {
-            let at = [p, g, lower, upper, fastest].map(|(chunks, _)| &chunks[index]);
-            step(factors, random.pair(), x, v, at);
+        let (p, p_rest) = particles.own_best.as_chunks();
+        let mut beside = velocity.iter_mut().zip(tiles.iter().cycle());
+        // In this order of zipping, the last velocity is left to the rest.
+        for ((x, p), (v, tile)) in x.iter_mut().zip(p).zip(&mut beside) {
+            step(simd, factors, lanes.pair(), x, v, p, tile);
         }
-        if !x_rest.is_empty() {
+        if let Some((v, tile)) = beside.next() {
             // Components that fill no register take the same way in a copy.
-            let copy = |rest: &[f64]| {
-                let mut chunk: Eight = [0.0; WIDTH];
-                chunk[..rest.len()].copy_from_slice(rest);
-                chunk
-            };
-            let (mut x, mut v) = (copy(x_rest), copy(v_rest));
-            let at = [p, g, lower, upper, fastest].map(|(_, rest)| copy(rest));
-            step(factors, random.pair(), &mut x, &mut v, at.each_ref());
+            let copy = |rest: &[f64]| Lanes::from_slice(rest, 0.0).0;
+            let mut x = copy(x_rest);
+            step(simd, factors, lanes.pair(), &mut x, v, &copy(p_rest), tile);
             x_rest.copy_from_slice(&x[..x_rest.len()]);
-            v_rest.copy_from_slice(&v[..v_rest.len()]);
         }
-        *lanes = random;
     }
 }
 
 /// Moves eight components.
 #[inline(always)]
-fn step(
+fn step<S: Simd>(
+    simd: S,
     factors: Factors,
-    [r1, r2]: [Eight; 2],
+    [r1, r2]: &[Lanes; 2],
     x: &mut Eight,
-    v: &mut Eight,
-    [p, g, lower, upper, fastest]: [&Eight; 5],
+    v: &mut Lanes,
+    p: &Eight,
+    tile: &Tile,
 ) {
-    let Factors { inertia, compression, cognitive, social } = factors;
-    for l in 0..WIDTH {
-        let pull = cognitive * r1[l] * (p[l] - x[l]) + social * r2[l] * (g[l] - x[l]);
-        let wish = compression * (inertia * v[l] + pull);
-        let speed = fastest[l];
-        let velocity = least(most(wish, -speed), speed);
-        let moved = x[l] + velocity;
-        let inside = least(most(moved, lower[l]), upper[l]);
-        x[l] = inside;
-        v[l] = if inside == moved { velocity } else { 0.0 };
+    let splat = |value| Vector::splat(simd, value);
+    for part in 0..registers::<S>(WIDTH) {
+        let load = |lanes| Vector::load(simd, lanes, part);
+        let from = Vector::read(simd, x, part);
+        let own = load(r1) * factors.cognitive * (Vector::read(simd, p, part) - from);
+        let swarm = load(r2) * factors.social * (load(&tile.best) - from);
+        let momentum = if factors.remembers { load(v) } else { from - load(&tile.centre) };
+        let wish = (momentum * factors.inertia + (own + swarm)) * factors.compression;
+        let fastest = load(&tile.fastest);
+        let velocity = wish.max(-fastest).min(fastest);
+        let moved = from + velocity;
+        let inside = moved.max(load(&tile.lower)).min(load(&tile.upper));
+        inside.write(x, part);
+        inside.equals(moved).select(velocity, splat(0.0)).store(v, part);
     }
 }
 
-/// The larger of two numbers, in the form registers compute at once.
-#[inline(always)]
-fn most(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
-}
+#[cfg(test)]
+mod tests {
+    use pulp::Scalar;
 
-/// The smaller of two numbers, in the form registers compute at once.
-#[inline(always)]
-fn least(a: f64, b: f64) -> f64 {
-    if a < b { a } else { b }
+    use super::*;
+
+    #[test]
+    fn flights_do_not_depend_on_the_width_of_registers() {
+        let bounds = Bounds { lower: vec![-1.0, 0.0, 2.0], upper: vec![1.0, 3.0, 2.5] };
+        for momentum in [Momentum::Velocity, Momentum::Position, Momentum::ShiftedPosition] {
+            let fly = |wide: bool| {
+                // Five particles of three components leave one register unfilled.
+                let mut particles = Particles::new(5, 3);
+                bounds.scatter(&mut particles.own_best, &mut RandomStream::new(1, 0));
+                bounds.scatter(&mut particles.position, &mut RandomStream::new(2, 0));
+                let mut velocity = [Lanes::ZERO; 2];
+                let mut lanes = RandomLanes::new(3, 0);
+                for _ in 0..20 {
+                    let flight = Flight {
+                        factors: Factors {
+                            remembers: momentum == Momentum::Velocity,
+                            inertia: 0.7,
+                            compression: 0.9,
+                            cognitive: 1.8,
+                            social: 2.1,
+                        },
+                        lanes: &mut lanes,
+                        velocity: &mut velocity,
+                        particles: &mut particles,
+                        tiles: &tiles(&bounds, 0.3, momentum),
+                    };
+                    if wide {
+                        Arch::new().dispatch(flight)
+                    } else {
+                        flight.with_simd(Scalar::new())
+                    }
+                }
+                particles.position
+            };
+            assert_eq!(fly(true), fly(false), "{momentum:?}");
+        }
+    }
 }

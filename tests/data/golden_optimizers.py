@@ -90,11 +90,16 @@ class Lanes:
 
 
 class Bowl:
+    """No constraint, nothing to repair."""
+
     lower, upper = [-1.0, -2.0], [1.0, 1.0]
 
     def appraise(self, x):
         value = 1.0 + (x[0] - 0.3) ** 2 + 2.0 * (x[1] + 0.2) ** 2
         return value, value, 0.0
+
+    def repair(self, x):
+        return x
 
 
 class Fence:
@@ -368,7 +373,7 @@ def dual_pso(problem, random, settings, memory):
         yield None
 
 
-def flock(weights):
+def flock(weights, repairs=False):
     """A plain swarm; `weights(iteration, last)` gives inertia, factor, c and the
     largest step as a share of the box, none for a swarm without velocity."""
 
@@ -376,6 +381,8 @@ def flock(weights):
         size, last = settings["population"], settings["iterations"]
         lower, upper = problem.lower, problem.upper
         position = [anywhere(problem, random) for _ in range(size)]
+        if repairs:
+            position = [problem.repair(x) for x in position]
         velocity = [[0.0] * len(lower) for _ in range(size)]
         own, own_values = [list(x) for x in position], [INFINITY] * size
         lanes = Lanes(random.seed, 1)
@@ -413,12 +420,134 @@ def falling(k, last):
     return 0.9 - 0.5 * k / last
 
 
+def compression(k, last):
+    """Han et al. 2022, eq. 17, with mu = 8 and e = 10."""
+    return 8.0 ** (10.0 ** ((1 - k) / (last + 1 - k)) - 1.0)
+
+
+# Golden sines.
+
+TAU = (math.sqrt(5.0) - 1.0) / 2.0
+
+
+class Section:
+    """The golden section of Tanyildizi and Demir; draws where it has collapsed,
+    first its lower end, then its upper one."""
+
+    def __init__(self, random):
+        self.random = random
+        self.renew(-math.pi, math.pi)
+
+    def renew(self, a, b):
+        self.a, self.b = a, b
+        self.x1, self.x2 = a + (1.0 - TAU) * (b - a), a + TAU * (b - a)
+
+    def follow(self, best, answers):
+        for fitness, _, _ in answers:
+            if fitness < best:
+                best, self.b, self.x2 = fitness, self.x2, self.x1
+                self.x1 = self.a + (1.0 - TAU) * (self.b - self.a)
+            else:
+                self.a, self.x1 = self.x1, self.x2
+                self.x2 = self.a + TAU * (self.b - self.a)
+            if abs(self.x1 - self.x2) < 1e-12:
+                self.renew(-math.pi * self.random.unit(), math.pi * self.random.unit())
+
+
+def middle(problem, settings):
+    """What positions are measured from."""
+    shift = settings.get("shift")
+    return [0.5 * (l + u) if shift else 0.0 for l, u in zip(problem.lower, problem.upper)]
+
+
+def gold_sa(problem, random, settings, memory):
+    """Per candidate one number, or two; everything anew while nothing is
+    feasible."""
+    section, origin = Section(random), middle(problem, settings)
+    points = [anywhere(problem, random) for _ in range(settings["population"])]
+    yield points
+    yield None
+    while True:
+        if memory.position is None:
+            points = [anywhere(problem, random) for _ in points]
+        else:
+            for i, x in enumerate(points):
+                r1 = r2 = random.unit()
+                if not settings.get("coupled_random", True):
+                    r2 = random.unit()
+                s, r2 = math.sin(2.0 * math.pi * r1), math.pi * r2
+                moved = []
+                for v, g, o in zip(x, memory.position, origin):
+                    v, g = v - o, g - o
+                    moved.append(o + v * abs(s) - r2 * s * abs(section.x1 * g - section.x2 * v))
+                points[i] = clip(moved, problem.lower, problem.upper)
+        best = memory.fitness
+        section.follow(best, (yield points))
+        yield None
+
+
+def circles(problem, random, size):
+    """A chaotic sequence per variable, each with a start of its own."""
+    columns = []
+    for l, u in zip(problem.lower, problem.upper):
+        k, column = random.unit(), []
+        for _ in range(size):
+            k = (k + 0.2 - 0.5 / (2.0 * math.pi) * math.sin(2.0 * math.pi * k)) % 1.0
+            column.append(l + k * (u - l))
+        columns.append(column)
+    return [list(row) for row in zip(*columns)]
+
+
+def golds_pso(problem, random, settings, memory):
+    """Per particle, or per component, R1, then R2; everything anew while nothing
+    is feasible."""
+    size, last = settings["population"], settings["iterations"]
+    section, origin = Section(random), middle(problem, settings)
+    position = circles(problem, random, size)
+    own, own_values = [list(x) for x in position], [INFINITY] * size
+
+    def remember(answers):
+        for i, (fitness, _, _) in enumerate(answers):
+            if fitness < own_values[i]:
+                own[i], own_values[i] = list(position[i]), fitness
+
+    remember((yield position))
+    yield None
+    iteration = 0
+    while True:
+        iteration += 1
+        if memory.position is None:
+            position = circles(problem, random, size)
+            own = [list(x) for x in position]
+        else:
+            w = 0.4 + 0.5 * (1.0 + math.tanh(2.0 - 4.0 * iteration / last)) / 2.0
+            for i in range(size):
+                moved = []
+                for d, o in enumerate(origin):
+                    if d == 0 or settings.get("draw_per_component"):
+                        r1, r2 = 2.0 * math.pi * random.unit(), math.pi * random.unit()
+                    x, p, g = position[i][d] - o, own[i][d] - o, memory.position[d] - o
+                    pull = 2.0 * abs(math.sin(r1)) * (p - x)
+                    golden = 2.0 * r2 * math.sin(r1) * abs(section.x1 * g - section.x2 * x)
+                    moved.append(o + 0.5 * (w * x + pull - golden))
+                position[i] = clip(moved, problem.lower, problem.upper)
+        best = memory.fitness
+        answers = yield position
+        remember(answers)
+        if settings.get("golden_update", True):
+            section.follow(best, answers)
+        yield None
+
+
 METHODS = {
     "aga": aga,
     "cfpso": flock(lambda k, last: (1.0, CHI, 2.05, 1.0)),
     "coa": coa,
     "dual_pso": dual_pso,
     "ga": ga,
+    "gold_sa": gold_sa,
+    "golds_pso": golds_pso,
+    "improved_pso": flock(lambda k, last: (0.5, compression(k, last), 2.0, 0.1), repairs=True),
     "pso": flock(lambda k, last: (1.0, 1.0, 2.0, 0.1)),
     "pso_linear": flock(lambda k, last: (falling(k, last), 1.0, 2.0, 0.1)),
     "spso": flock(lambda k, last: (falling(k, last), 1.0, 2.0, None)),
@@ -435,8 +564,9 @@ COA = {
 }
 DUAL = {"population": 4, "iterations": 6}
 
-# Seeds under which much happens: mutation, improvement, repaired rows, and for
-# dual_pso 77 an initial generation without anything feasible.
+# Seeds under which much happens: mutation, improvement, repaired rows and
+# particles, collapsed golden sections, and for dual_pso and gold_sa 77 and golds_pso 17 an
+# initial generation without anything feasible.
 CASES = [
     ("ga", "bowl", 10, 4, GA),
     ("ga", "bowl", 2, 4, GA | {"elite": 2, "roulette": True, "blend": True}),
@@ -455,6 +585,14 @@ CASES = [
     ("pso_linear", "bowl", 5, 4, DUAL | {"population": 5}),
     ("cfpso", "bowl", 6, 4, DUAL),
     ("spso", "bowl", 7, 4, DUAL | {"population": 9}),
+    ("improved_pso", "fence_penalty", 9, 4, DUAL),
+    ("improved_pso", "bowl", 9, 4, DUAL | {"population": 5}),
+    ("gold_sa", "bowl", 11, 7, {"population": 12}),
+    ("gold_sa", "fence_penalty", 12, 4, {"population": 4, "coupled_random": False, "shift": True}),
+    ("gold_sa", "fence_reject", 77, 4, {"population": 4}),
+    ("golds_pso", "bowl", 6, 7, DUAL | {"population": 12}),
+    ("golds_pso", "fence_penalty", 14, 4, DUAL | {"golden_update": False, "shift": True}),
+    ("golds_pso", "fence_reject", 17, 4, DUAL | {"draw_per_component": True}),
 ]
 
 

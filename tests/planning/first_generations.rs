@@ -97,7 +97,7 @@ impl Candidate for Recording<'_> {
     }
 
     fn repair(&mut self, position: &mut [f64]) {
-        if position[0] * position[1] < 1.2 {
+        if self.0.kind != Kind::Bowl && position[0] * position[1] < 1.2 {
             position[0] = (1.2 / position[1] * (1.0 + 1e-9)).min(self.0.bounds.upper[0]);
         }
     }
@@ -131,7 +131,7 @@ fn near(found: &[f64], expected: &[f64]) -> bool {
 fn the_first_generations_are_what_an_independent_script_finds() {
     let cases: Vec<Case> =
         serde_json::from_str(include_str!("../data/golden_optimizers.json")).unwrap();
-    assert!(cases.len() >= 13);
+    assert!(cases.len() >= 25);
     for case in &cases {
         // Cut after every generation: the best so far is then the search's result.
         for (last, expected) in case.generations.iter().enumerate() {
