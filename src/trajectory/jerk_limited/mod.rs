@@ -155,7 +155,7 @@ pub fn fastest_within(
     let mut whole = Motion::empty(limits.len());
     let (mut converged, mut moves) = (true, ways.len() == 1);
     // The list's parts between stops, the first one last.
-    let mut parts: Vec<Range<usize>> = vec![0..ways.len()];
+    let mut parts: Vec<Range<usize>> = std::iter::once(0..ways.len()).collect();
     while let Some(part) = parts.pop() {
         (watch.first, watch.start) = (part.start, whole.duration());
         let own = &ways[part.clone()];
