@@ -223,8 +223,7 @@ fn one_way(
     let mut motion = Motion::empty(limits.len());
     let (mut converged, mut moves) = (true, ways.len() == 1);
     // The list's parts between stops, the first one last.
-    let whole = 0..ways.len();
-    let mut parts = Vec::from([whole]);
+    let mut parts: Vec<Range<usize>> = std::iter::once(0..ways.len()).collect();
     while let Some(part) = parts.pop() {
         (watch.first, watch.start) = (part.start, motion.duration());
         let own = &ways[part.clone()];
