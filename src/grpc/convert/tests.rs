@@ -93,6 +93,7 @@ pub(crate) fn trajectory_result() -> Value {
         "metrics": {"initial_duration": 12.0, "saved": 0.75, "rms_jerk": [1.0, 2.0],
             "mean_utilisation": [0.5, null], "path_length": [3.0, 3.0],
             "binding": [{"segment": 1, "joint": "j1", "limit": "velocity"}],
+            "sensitivities": [{"joint": "j1", "limit": "velocity", "seconds_per_percent": 0.02}],
             "objective": {"time": 3.0, "rms_jerk": 9.0, "energy": 2.0},
             "reference": {"time": 2.5, "rms_jerk": 12.0, "energy": 4.0}},
         "pareto": {"objectives": [{"name": "time", "unit": "s"}, {"name": "energy", "unit": "rad²/s⁴"}],
@@ -487,6 +488,7 @@ fn objects() -> BTreeMap<&'static str, Value> {
         ("ParetoAxis", result["pareto"]["objectives"][0].clone()),
         ("ParetoPoint", result["pareto"]["points"][0].clone()),
         ("Binding", result["metrics"]["binding"][0].clone()),
+        ("Sensitivity", result["metrics"]["sensitivities"][0].clone()),
         ("JointOptimum", result["per_joint"][0].clone()),
         ("ConvergencePoint", result["convergence"][0].clone()),
     ]);

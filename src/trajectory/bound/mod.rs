@@ -99,14 +99,26 @@ fn elementary(waypoints: &[Vec<f64>], limits: &[JointBounds]) -> f64 {
 }
 
 /// The least time for `way` when speed is at most `V` and starts (one ramp) or
-/// starts and ends (two) at rest, gaining at most `A` per second: the area
-/// under that speed profile is at least the way.
+/// starts and ends (two) at rest, gaining at most `A` per second and at most `J t²/2` in
+/// all: the area under such a profile of speed is at least the way.
 fn shortest(way: f64, limit: &JointBounds, ramps: usize) -> f64 {
-    let (velocity, acceleration) = (limit.derivative(0), limit.derivative(1));
-    if ramps == 0 || acceleration.is_infinite() {
-        return way / velocity;
+    let [velocity, acceleration, jerk] = [0, 1, 2].map(|order| limit.derivative(order));
+    let by_speed = way / velocity;
+    if ramps == 0 {
+        return by_speed;
     }
     let ramps = ramps as f64;
+    // Each ramp covers `J t³/6`; two share the time and the way.
+    let by_jerk = ramps * libm::cbrt(6.0 * way / (ramps * jerk));
+    let by_acceleration = if acceleration.is_finite() {
+        under_ramps(way, velocity, acceleration, ramps)
+    } else {
+        by_speed
+    };
+    by_acceleration.max(by_jerk)
+}
+
+fn under_ramps(way: f64, velocity: f64, acceleration: f64, ramps: f64) -> f64 {
     // All ramps together cover `ramps V² / 2A` before speed is the limit.
     if ramps * velocity * velocity <= 2.0 * acceleration * way {
         way / velocity + 0.5 * ramps * velocity / acceleration
@@ -140,5 +152,16 @@ mod tests {
         assert_eq!(bound(4.0), Some(2.5));
         assert_eq!(bound(0.25), Some(0.5));
         assert_eq!(bound(0.0), None);
+    }
+
+    /// Where nothing but jerk is limited, gaining speed alone takes this long.
+    #[test]
+    fn jerk_alone_bounds_too() {
+        let mut joint = joint(2.0, 4.0);
+        joint.derivatives = [None, None, Some(Limit { value: 3.0, provenance: String::new() })];
+        let waypoints = [vec![0.0], vec![1.0], vec![0.0]];
+        let bound = LowerBound::elementary(&waypoints, &[joint]).map_or(0.0, |bound| bound.lower);
+        // The whole way of 2 in one go from rest to rest: cbrt(24 · 2 / 3); the optimum takes cbrt(32 · 2 / 3).
+        assert!((bound - libm::cbrt(16.0)).abs() < 1e-12, "{bound}");
     }
 }
