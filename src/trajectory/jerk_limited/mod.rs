@@ -52,11 +52,14 @@ mod layout;
 mod newton;
 mod problem;
 mod profile;
+mod reach;
 mod refine;
+pub mod state_to_state;
 mod step;
 mod stopping;
 mod windows;
 
+pub use profile::{Motion, Phase};
 pub use stopping::alone;
 
 use std::ops::Range;
@@ -65,8 +68,6 @@ use super::Prices;
 use super::Trajectory;
 use super::kernel::KernelLimits;
 use crate::budget::Budget;
-
-use profile::Motion;
 
 /// A fastest trajectory.
 #[derive(Clone, Debug)]

@@ -82,9 +82,11 @@ impl Phase {
 /// `phases[joint][segment]`: every joint's motion.
 #[derive(Clone, Debug)]
 pub struct Motion {
+    /// Of each segment, s.
     pub durations: Vec<f64>,
     /// What velocity and acceleration are worth where each segment starts.
     pub prices: Prices,
+    /// What each joint does in each segment; times count from the segment's start.
     pub phases: Vec<Vec<Vec<Phase>>>,
 }
 
@@ -94,6 +96,7 @@ impl Motion {
         Self { durations: vec![], prices: vec![], phases: vec![vec![]; joints] }
     }
 
+    /// Of the whole, s.
     pub fn duration(&self) -> f64 {
         self.durations.iter().sum()
     }
