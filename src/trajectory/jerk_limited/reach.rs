@@ -17,7 +17,7 @@
 //! tau(u) = 2 sqrt(u/J) where u <= A²/J, else u/A + A/J,   u = p - base,
 //! ```
 //!
-//! and covers `tau (p + base)/2`. With `s²= u/J` a negative `s` is the motion whose acceleration
+//! and covers `tau (p + base)/2`. With `s² = u/J` a negative `s` is the motion whose acceleration
 //! turns before it has come to zero: the same formulas describe it.
 //! All that follows is in units in which jerk and, if it has a limit, acceleration have
 //! limit 1 (in units of acceleration where jerk has no limit), and in extended time.

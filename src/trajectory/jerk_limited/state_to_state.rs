@@ -134,6 +134,8 @@ pub enum StateFault {
 /// not of acceleration and jerk both), one segment whose positions count from the start.
 ///
 /// Position limits hold for the ends only: on the way a joint that starts fast may have to leave them.
+/// The goal is met to rounding. Where the states allow just one displacement in a while and the next
+/// chance is far, what the states' own rounding may change in it counts as met.
 ///
 /// # Errors
 ///
@@ -210,6 +212,9 @@ fn faults(start: &[State], goal: Option<&[State]>, limits: &[KernelLimits]) -> V
     for (joint, limit) in limits.iter().enumerate() {
         let before = faults.len();
         limit_faults(joint, limit, &mut faults);
+        if faults.len() == before && !Scale::new(limit).length().is_normal() {
+            faults.push(StateFault::Overflow);
+        }
         if faults.len() > before {
             continue;
         }
@@ -294,6 +299,10 @@ impl Scale {
         self.acceleration * self.time
     }
 
+    fn length(&self) -> f64 {
+        self.velocity() * self.time
+    }
+
     /// Velocity and acceleration in these units.
     fn motion(&self, state: &State) -> [f64; 2] {
         [state.velocity / self.velocity(), state.acceleration / self.acceleration]
@@ -315,22 +324,35 @@ impl Scale {
 /// Phases one after the other.
 struct Course {
     phases: Vec<Phase>,
-    end: [f64; 2],
+    /// As [`Phase::at`] gives it.
+    end: [f64; 4],
     time: f64,
 }
 
 impl Course {
     fn new(start: &State) -> Self {
-        Self { phases: Vec::with_capacity(14), end: [0.0, start.velocity], time: 0.0 }
+        Self {
+            phases: Vec::with_capacity(14),
+            end: [0.0, start.velocity, f64::NAN, 0.0],
+            time: 0.0,
+        }
     }
 
     fn push(&mut self, length: f64, [a, j]: [f64; 2]) {
-        let [x, v] = self.end;
-        let phase = Phase { start: self.time, length, state: [x, v, a, j] };
-        let [x, v, ..] = phase.at(length);
-        self.end = [x, v];
+        let [x, v, before, _] = self.end;
+        match self.phases.last_mut() {
+            // A joint that waits for others does so in one phase.
+            Some(last) if last.state[3] == j && before == a => {
+                last.length += length;
+                self.end = last.at(last.length);
+            }
+            _ => {
+                let phase = Phase { start: self.time, length, state: [x, v, a, j] };
+                self.end = phase.at(length);
+                self.phases.push(phase);
+            }
+        }
         self.time += length;
-        self.phases.push(phase);
     }
 }
 
@@ -348,14 +370,13 @@ struct Joint<'a> {
 impl<'a> Joint<'a> {
     fn new(start: &'a State, goal: &State, limit: &KernelLimits, windows: &mut Windows) -> Self {
         let scale = Scale::new(limit);
-        let length = scale.velocity() * scale.time;
         let ([v0, a0], [v1, a1]) = (scale.motion(start), scale.motion(goal));
         let speed = limit.derivatives[0] / scale.velocity();
         let up = Reach::new([v0, v1], [a0, a1], speed, scale.ramp);
         let down = Reach::new([-v0, -v1], [-a0, -a1], speed, scale.ramp);
-        let way = (goal.position - start.position) / length;
+        let way = (goal.position - start.position) / scale.length();
         let ([time, noise], other) = (up.noise(), down.noise());
-        let positions = (start.position.abs() + goal.position.abs()) / length;
+        let positions = (start.position.abs() + goal.position.abs()) / scale.length();
         let slack = 8.0 * f64::EPSILON * positions + noise.max(other[1]);
         let together = time.max(other[0]);
         let windows = windows.add([&up, &down], way, [together, slack], scale.time);
@@ -439,11 +460,9 @@ impl Windows {
             if from <= to * (1.0 + ROUNDING) + together {
                 self.all.push([from * unit, to.max(from) * unit]);
             }
-            if a[1] < b[1] {
-                i += 1
-            } else {
-                k += 1
-            };
+            let first_ends = a[1] < b[1];
+            i += usize::from(first_ends);
+            k += usize::from(!first_ends);
         }
         first..self.all.len()
     }
