@@ -14,14 +14,16 @@ type Problem = (Vec<State>, Vec<State>, Vec<KernelLimits>);
 fn state(random: &mut RandomStream, limits: [f64; 3], moving: bool) -> State {
     let [velocity, acceleration, jerk] = limits;
     let position = random.uniform(-3.0, 3.0);
-    while moving {
+    if !moving {
+        return State { position, ..State::default() };
+    }
+    loop {
         let v = random.uniform(-velocity, velocity);
         let a = random.uniform(-acceleration, acceleration);
         if v.abs() + a * a / (2.0 * jerk) <= velocity {
             return State { position, velocity: v, acceleration: a };
         }
     }
-    State { position, ..State::default() }
 }
 
 fn problem(random: &mut RandomStream, moving: bool) -> Problem {
