@@ -16,7 +16,7 @@ fn limits(rows: &[[f64; 3]]) -> Vec<KernelLimits> {
     rows.iter().map(|&derivatives| KernelLimits { derivatives, position: FREE }).collect()
 }
 
-fn bounds(limits: &[KernelLimits]) -> Vec<JointBounds> {
+pub fn bounds(limits: &[KernelLimits]) -> Vec<JointBounds> {
     let limit =
         |value: f64| value.is_finite().then(|| Limit { value, provenance: "the test".to_owned() });
     let joint = |(number, limits): (usize, &KernelLimits)| JointBounds {

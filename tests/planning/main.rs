@@ -22,5 +22,6 @@ mod objectives;
 mod optimizers;
 mod reproduce;
 mod snapshots;
+mod state_to_state;
 mod support;
 mod watched;

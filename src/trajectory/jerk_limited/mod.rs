@@ -52,10 +52,14 @@ mod layout;
 mod newton;
 mod problem;
 mod profile;
+mod reach;
 mod refine;
+pub mod state_to_state;
 mod step;
 mod stopping;
 mod windows;
+
+pub use profile::{Motion, Phase};
 
 use std::ops::Range;
 
@@ -63,8 +67,6 @@ use super::bound::lower_bound;
 use super::kernel::KernelLimits;
 use super::{Prices, Trajectory};
 use crate::budget::Budget;
-
-use profile::Motion;
 
 /// A fastest trajectory.
 #[derive(Clone, Debug)]

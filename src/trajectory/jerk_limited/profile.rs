@@ -82,11 +82,13 @@ impl Phase {
 /// `phases[joint][segment]`: every joint's motion.
 #[derive(Clone, Debug)]
 pub struct Motion {
+    /// Of each segment, s.
     pub durations: Vec<f64>,
     /// What velocity and acceleration cost where each segment starts.
     pub prices: Prices,
     /// What each limit of each joint holds back in each segment, see [`super::Fastest::gains`].
     pub gains: Vec<Vec<[f64; 3]>>,
+    /// What each joint does in each segment; times count from the segment's start.
     pub phases: Vec<Vec<Vec<Phase>>>,
 }
 
@@ -96,6 +98,7 @@ impl Motion {
         Self { durations: vec![], prices: vec![], gains: vec![], phases: vec![vec![]; joints] }
     }
 
+    /// Of the whole, s.
     pub fn duration(&self) -> f64 {
         self.durations.iter().sum()
     }
