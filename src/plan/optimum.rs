@@ -24,14 +24,21 @@ impl Optimum {
     /// Plans the fastest motion through `waypoints`, as far as `budget` allows.
     pub fn find(waypoints: &[Vec<f64>], limits: &[JointBounds], budget: &Budget) -> Self {
         let rows: Vec<KernelLimits> = limits.iter().map(|limit| limit.kernel(3)).collect();
-        Self::of(&fastest_within(waypoints, &rows, budget, &mut |_| {}), waypoints, limits)
+        let found = fastest_within(waypoints, &rows, budget, &mut |_| {});
+        Self::of(&found, waypoints, limits, [true; 2])
     }
 
     /// What the fastest motion found says; it must have been planned with all limits.
-    pub fn of(found: &Fastest, waypoints: &[Vec<f64>], limits: &[JointBounds]) -> Self {
+    /// `rests` says whether it rests at the start, and at the goal.
+    pub fn of(
+        found: &Fastest,
+        waypoints: &[Vec<f64>],
+        limits: &[JointBounds],
+        rests: [bool; 2],
+    ) -> Self {
         Self {
             duration: found.trajectory.duration(),
-            bound: LowerBound::proven(waypoints, limits, found.lower),
+            bound: LowerBound::proven(waypoints, limits, rests, found.lower),
             sensitivities: sensitivities(found, limits),
         }
     }

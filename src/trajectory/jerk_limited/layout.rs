@@ -5,6 +5,7 @@
 //! however far the limits are apart.
 
 use crate::math::lanes::{Lanes, WIDTH};
+use crate::trajectory::Ends;
 use crate::trajectory::kernel::KernelLimits;
 
 use super::problem::{Cell, FREE, Group, Iterate, Problem};
@@ -12,6 +13,9 @@ use super::profile::{Motion, Phase};
 
 /// How much slower than necessary the start is, so that it lies inside the limits.
 const EASE: f64 = 1.1;
+
+/// Share of the jerk limit that a start uses at most to join accelerations.
+const EASY: f64 = 0.9;
 
 /// Shortest ramp that stands for a jump of velocity, as a share of the whole motion.
 const SHORTEST_RAMP: f64 = 1e-6;
@@ -94,11 +98,10 @@ pub fn effective(ways: &[Vec<f64>], limits: &[KernelLimits]) -> Vec<KernelLimits
 
 /// A problem with `cells` equal cells per segment, and a point inside its limits.
 ///
-/// `states` are each joint's velocity and acceleration at the start.
 pub fn pose(
     ways: &[Vec<f64>],
     limits: &[KernelLimits],
-    states: &[[f64; 2]],
+    ends: &Ends,
     cells: usize,
     mu: f64,
 ) -> (Problem, Iterate, Units) {
@@ -114,6 +117,7 @@ pub fn pose(
                 limits: [Lanes([1.0; WIDTH]); 3],
                 smooth: Lanes([1.0; WIDTH]),
                 start: [Lanes::ZERO; 2],
+                goal: [Lanes::ZERO; 2],
             };
             for lane in 0..used {
                 let joint = group * WIDTH + lane;
@@ -122,11 +126,16 @@ pub fn pose(
                 for (limit, value) in g.limits.iter_mut().zip(values) {
                     limit.0[lane] = value;
                 }
-                let [v, a] = states[joint];
                 let speed = units.time / units.length[joint];
-                g.start[0].0[lane] = v * speed;
-                g.start[1].0[lane] = a * speed * units.time;
+                for (end, [v, a]) in
+                    [(&mut g.start, ends.start[joint]), (&mut g.goal, ends.goal[joint])]
+                {
+                    end[0].0[lane] = v * speed;
+                    end[1].0[lane] = a * speed * units.time;
+                }
                 g.smooth.0[lane] = if values[2] < FREE { 1.0 } else { 0.0 };
+                // Where acceleration may jump, that at the goal is free.
+                g.goal[1].0[lane] *= g.smooth.0[lane];
             }
             g
         })
@@ -145,7 +154,7 @@ pub fn pose(
     (problem, point, units)
 }
 
-/// Stops at every waypoint, along fifth-order polynomials.
+/// Stops at every waypoint but the ends, along fifth-order polynomials.
 fn start(problem: &Problem, durations: Vec<f64>, mu: f64) -> Iterate {
     let (n, k) = (problem.segments, problem.cells);
     let mut cells = Vec::with_capacity(problem.shares.len());
@@ -165,6 +174,9 @@ fn start(problem: &Problem, durations: Vec<f64>, mu: f64) -> Iterate {
                 }
                 cells.push(cell);
             }
+        }
+        if let Some(last) = cells.last_mut() {
+            [last.s[1], last.s[2]] = problem.groups[group].goal;
         }
     }
     let mut point = Iterate {
@@ -218,12 +230,24 @@ pub fn follow(
         let lanes = |group: usize| 0..problem.groups[group].used;
         if (0..problem.groups.len())
             .all(|group| (0..all).all(|c| lanes(group).all(|lane| inside(group, c, lane))))
+            && leads_to_goal(problem, point)
         {
             center(problem, point, mu);
             return true;
         }
     }
     false
+}
+
+/// Whether `point` ends as its problem's goal demands, which no Newton step would change.
+pub fn leads_to_goal(problem: &Problem, point: &Iterate) -> bool {
+    let all = problem.segments * problem.cells;
+    let ends = point.cells.chunks(all).filter_map(<[Cell]>::last);
+    problem
+        .groups
+        .iter()
+        .zip(ends)
+        .all(|(group, end)| (0..group.used).all(|lane| end.s[2].0[lane] == group.goal[1].0[lane]))
 }
 
 /// State at time `t` of a segment.
@@ -233,14 +257,23 @@ fn sample(phases: &[Phase], t: f64) -> [f64; 4] {
     phase.at((t - phase.start).min(phase.length))
 }
 
-/// Lets acceleration follow from that at the start no faster than jerk allows.
+/// Lets acceleration follow from that at the start, and lead to that at the goal, no faster than
+/// jerk allows.
 fn ease_in(problem: &Problem, point: &mut Iterate) {
     let all = problem.segments * problem.cells;
     for group in 0..problem.groups.len() {
         for lane in 0..WIDTH {
+            let moves = problem.groups[group].goal.iter().any(|end| end.0[lane] != 0.0);
+            for c in (1..all).rev().take_while(|_| moves) {
+                let [t, ..] = before(problem, point, group, c, lane);
+                let most = EASY * problem.groups[group].limits[2].0[lane] * t;
+                let a = point.cells[group * all + c].s[2].0[lane];
+                let from = &mut point.cells[group * all + c - 1].s[2].0[lane];
+                *from = from.max(a - most).min(a + most);
+            }
             for c in 0..all {
                 let [t, _, a] = before(problem, point, group, c, lane);
-                let most = 0.9 * problem.groups[group].limits[2].0[lane] * t;
+                let most = EASY * problem.groups[group].limits[2].0[lane] * t;
                 let to = &mut point.cells[group * all + c].s[2].0[lane];
                 *to = to.max(a - most).min(a + most);
             }

@@ -145,7 +145,7 @@ pub fn between(
     goal: &[State],
     limits: &[KernelLimits],
 ) -> Result<Motion, Vec<StateFault>> {
-    let faults = faults(start, Some(goal), limits);
+    let faults = check(start, Some(goal), limits);
     if !faults.is_empty() {
         return Err(faults);
     }
@@ -166,7 +166,7 @@ pub fn between(
 ///
 /// All that is wrong with states and limits.
 pub fn brake(start: &[State], limits: &[KernelLimits]) -> Result<Motion, Vec<StateFault>> {
-    let faults = faults(start, None, limits);
+    let faults = check(start, None, limits);
     if !faults.is_empty() {
         return Err(faults);
     }
@@ -203,8 +203,8 @@ fn finished(duration: f64, phases: Vec<Vec<Vec<Phase>>>) -> Result<Motion, Vec<S
     Ok(Motion { durations: vec![duration], prices, gains, phases })
 }
 
-/// All that is wrong with states and limits.
-fn faults(start: &[State], goal: Option<&[State]>, limits: &[KernelLimits]) -> Vec<StateFault> {
+/// All that is wrong with states and limits; without `goal`, to come to rest anywhere.
+pub fn check(start: &[State], goal: Option<&[State]>, limits: &[KernelLimits]) -> Vec<StateFault> {
     let goals = goal.map_or(start.len(), <[State]>::len);
     if start.is_empty() || goals != start.len() || limits.len() != start.len() {
         return vec![StateFault::Joints { start: start.len(), goal: goals, limits: limits.len() }];
