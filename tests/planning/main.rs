@@ -9,6 +9,7 @@ mod cells;
 mod certificates;
 mod comparison;
 mod dual_search;
+mod ends;
 mod extremes;
 mod families;
 mod fastest;

@@ -14,6 +14,9 @@ use super::profile::{Motion, Phase};
 /// How much slower than necessary the start is, so that it lies inside the limits.
 const EASE: f64 = 1.1;
 
+/// Shortest start of a segment next to an end in motion, as a share of a slow one.
+const HASTE: f64 = 0.02;
+
 /// Share of the jerk limit that a start uses at most to join accelerations.
 const EASY: f64 = 0.9;
 
@@ -224,19 +227,88 @@ pub fn follow(
             }
         }
         ease_in(problem, point);
-        let inside = |group: usize, c: usize, lane: usize| {
-            slack(problem, point, group, c, lane).iter().all(|g| *g > 0.0)
-        };
-        let lanes = |group: usize| 0..problem.groups[group].used;
-        if (0..problem.groups.len())
-            .all(|group| (0..all).all(|c| lanes(group).all(|lane| inside(group, c, lane))))
-            && leads_to_goal(problem, point)
-        {
+        if is_inside(problem, point) {
             center(problem, point, mu);
             return true;
         }
     }
     false
+}
+
+/// Crosses the segments of `point` that are next to an end in motion about as fast as the joints
+/// go there, where they go the right way.
+///
+/// Often the waypoint can be met in a very short time, then for long not at all, and
+/// again once the joints have swung back. Descent from slow motions finds the far side of such a gap, and
+/// from here the near one. False, and `point` of no use, if there is no such start.
+pub fn hasten(problem: &Problem, point: &mut Iterate, mu: f64) -> bool {
+    let n = problem.segments;
+    let mut hastened = false;
+    for (segment, at_goal) in [(0, false), (n - 1, true)] {
+        let (mut along, mut speed) = (0.0, 0.0);
+        for (group, g) in problem.groups.iter().enumerate() {
+            let end = if at_goal { g.goal[0] } else { g.start[0] };
+            for lane in 0..g.used {
+                let weight = 1.0 / (g.limits[0].0[lane] * g.limits[0].0[lane]);
+                along += weight * end.0[lane] * problem.change[group * n + segment].0[lane];
+                speed += weight * end.0[lane] * end.0[lane];
+            }
+        }
+        let slow = point.durations[segment];
+        if along > 0.0 && along < speed * slow {
+            point.durations[segment] = (along / speed).max(HASTE * slow);
+            run(problem, point, segment, at_goal);
+            hastened = true;
+        }
+    }
+    ease_in(problem, point);
+    let inside = hastened && is_inside(problem, point);
+    if inside {
+        center(problem, point, mu);
+    }
+    inside
+}
+
+/// Lets velocity change evenly over a segment from (at the goal: to) that at its end in motion.
+fn run(problem: &Problem, point: &mut Iterate, segment: usize, at_goal: bool) {
+    let (n, k) = (problem.segments, problem.cells);
+    let h = point.durations[segment];
+    for (group, g) in problem.groups.iter().enumerate() {
+        for lane in 0..g.used {
+            let way = problem.change[group * n + segment].0[lane];
+            let most = 0.9 * g.limits[0].0[lane];
+            let near = if at_goal { g.goal[0] } else { g.start[0] }.0[lane];
+            let far = 2.0 * way / h - near;
+            let [from, to] = if at_goal { [far, near] } else { [near, far] };
+            for q in 0..k {
+                let u = (q + 1) as f64 / k as f64;
+                let cell = &mut point.cells[(group * n + segment) * k + q];
+                if q + 1 < k {
+                    cell.s[0].0[lane] = h * u * (from + 0.5 * u * (to - from));
+                }
+                if segment * k + q + 1 < n * k {
+                    cell.s[1].0[lane] = (from + u * (to - from)).max(-most).min(most);
+                    cell.s[2].0[lane] = 0.0;
+                }
+            }
+        }
+    }
+}
+
+/// Whether `point` keeps all limits strictly and leads to the goal.
+fn is_inside(problem: &Problem, point: &Iterate) -> bool {
+    let all = problem.segments * problem.cells;
+    let inside = |group: usize, c: usize, lane: usize| {
+        let counts = |row: usize| c + 1 < all || !(4..6).contains(&row);
+        let slacks = slack(problem, point, group, c, lane);
+        slacks.iter().enumerate().all(|(row, g)| *g > 0.0 || !counts(row))
+    };
+    let lanes = |group: usize| 0..problem.groups[group].used;
+    let groups = 0..problem.groups.len();
+    leads_to_goal(problem, point)
+        && groups
+            .into_iter()
+            .all(|group| (0..all).all(|c| lanes(group).all(|lane| inside(group, c, lane))))
 }
 
 /// Whether `point` ends as its problem's goal demands, which no Newton step would change.

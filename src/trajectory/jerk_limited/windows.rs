@@ -9,7 +9,7 @@ use crate::trajectory::Ends;
 use crate::trajectory::kernel::KernelLimits;
 
 use super::interior_point::{Settings, solve};
-use super::layout::{follow, leads_to_goal, pose};
+use super::layout::{follow, hasten, leads_to_goal, pose};
 use super::newton::MAX_SEGMENTS;
 use super::profile::{Motion, motion};
 use super::refine::refine;
@@ -134,13 +134,18 @@ fn attempt(
     let bound = if rests { stopping(ways, limits).duration() } else { f64::INFINITY };
     let mut steps = 0;
     let mut converged = false;
-    for cells in CELLS {
+    // Ends in motion are tried in haste first, and then not.
+    let haste = (!rests && guess.is_none()).then_some((CELLS[0], true));
+    for (cells, hastily) in haste.into_iter().chain(CELLS.map(|cells| (cells, false))) {
         if watch.is_over() {
             break;
         }
         let (mut problem, mut point, units) = pose(ways, limits, ends, cells[0], BARRIER[0]);
         if !leads_to_goal(&problem, &point) {
             break;
+        }
+        if hastily && !hasten(&problem, &mut point, BARRIER[0]) {
+            continue;
         }
         let mut barrier = BARRIER;
         if let Some(guess) = guess {
@@ -186,7 +191,7 @@ fn attempt(
         converged |= solved >= ENOUGH;
         // What is no faster than stopping everywhere may be a poor local optimum.
         let fast = best.as_ref().is_some_and(|best| best.duration() < bound);
-        if converged && fast {
+        if converged && fast && !hastily {
             break;
         }
     }
