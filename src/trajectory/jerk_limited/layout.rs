@@ -17,6 +17,9 @@ const EASE: f64 = 1.1;
 /// Shortest start of a segment next to an end in motion, as a share of a slow one.
 const HASTE: f64 = 0.02;
 
+/// Rounds in which the duration of a coasting segment is found.
+const COASTING: usize = 5;
+
 /// Share of the jerk limit that a start uses at most to join accelerations.
 const EASY: f64 = 0.9;
 
@@ -245,18 +248,10 @@ pub fn hasten(problem: &Problem, point: &mut Iterate, mu: f64) -> bool {
     let n = problem.segments;
     let mut hastened = false;
     for (segment, at_goal) in [(0, false), (n - 1, true)] {
-        let (mut along, mut speed) = (0.0, 0.0);
-        for (group, g) in problem.groups.iter().enumerate() {
-            let end = if at_goal { g.goal[0] } else { g.start[0] };
-            for lane in 0..g.used {
-                let weight = 1.0 / (g.limits[0].0[lane] * g.limits[0].0[lane]);
-                along += weight * end.0[lane] * problem.change[group * n + segment].0[lane];
-                speed += weight * end.0[lane] * end.0[lane];
-            }
-        }
         let slow = point.durations[segment];
-        if along > 0.0 && along < speed * slow {
-            point.durations[segment] = (along / speed).max(HASTE * slow);
+        let h = coasting(problem, segment, at_goal);
+        if h < slow {
+            point.durations[segment] = h.max(HASTE * slow);
             run(problem, point, segment, at_goal);
             hastened = true;
         }
@@ -267,6 +262,32 @@ pub fn hasten(problem: &Problem, point: &mut Iterate, mu: f64) -> bool {
         center(problem, point, mu);
     }
     inside
+}
+
+/// How long the joints take for a segment, at least nearly and all together, if they keep the acceleration
+/// that they have at its end in motion; infinite if they go the wrong way.
+fn coasting(problem: &Problem, segment: usize, at_goal: bool) -> f64 {
+    let mut h = 0.0;
+    for _ in 0..COASTING {
+        let (mut along, mut speed) = (0.0, 0.0);
+        for (group, g) in problem.groups.iter().enumerate() {
+            let [v, a] = if at_goal { g.goal } else { g.start };
+            let half = if at_goal { -0.5 * h } else { 0.5 * h };
+            for lane in 0..g.used {
+                // The mean velocity, by joint compared with the greatest.
+                let mean = v.0[lane] + half * a.0[lane];
+                let most = g.limits[0].0[lane];
+                along += mean / most
+                    * (problem.change[group * problem.segments + segment].0[lane] / most);
+                speed += mean / most * (mean / most);
+            }
+        }
+        if !(along > 0.0 && speed > 0.0) {
+            return f64::INFINITY;
+        }
+        h = along / speed;
+    }
+    h
 }
 
 /// Lets velocity change evenly over a segment from (at the goal: to) that at its end in motion.

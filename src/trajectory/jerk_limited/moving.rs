@@ -3,7 +3,7 @@
 //! Between two waypoints the closed form of [`state_to_state`](super::state_to_state) is the
 //! optimum. Through more, the programme starts and ends with the states given. Such a motion
 //! cannot be stretched, because its ends would change with it: one that passes a limit by rounding is planned again within
-//! limits that are as much tighter. It is compared with one that is always possible: the
+//! limits that are as much tighter. Short lists are planned backwards, too. The result is compared with one that is always possible: the
 //! closed form to rest at the second waypoint, from there the fastest motion from rest to rest,
 //! and the closed form again from rest at the last waypoint but one.
 
@@ -14,7 +14,9 @@ use crate::trajectory::kernel::KernelLimits;
 use super::profile::Motion;
 use super::state_to_state::{State, StateFault, between};
 use super::windows::{self, Planned};
-use super::{Fastest, Part, Plan, Route, Stage, Watch, layout, one_way, stopped, ways};
+use super::{
+    Fastest, Part, Plan, Route, SECOND_LOOK, Stage, Watch, layout, one_way, stopped, ways,
+};
 
 /// What rounding may add to a limit, as a factor of time.
 const ROUNDING: f64 = 1e-10;
@@ -48,17 +50,42 @@ pub fn fastest_between(
     let route = Route { waypoints, limits: &limits, ends };
     let stops = stops(&route)?;
     let mut plan = one_way(&route, &stops, budget, 0, tell);
+    if (3..=SECOND_LOOK.1).contains(&waypoints.len()) {
+        let other = backwards(&route, &stops, budget, plan.iterations, tell);
+        plan.compare(other, &route);
+    }
     if let Some(other) = slow_ends(&route, &stops, budget, plan.iterations, tell) {
-        let iterations = other.iterations;
-        if other.motion.duration() < plan.motion.duration()
-            && other.motion.stops_within(waypoints, &limits).is_empty()
-        {
-            plan = Plan { stopping: plan.stopping, ..other };
-        }
-        plan.iterations = iterations;
+        plan.compare(other, &route);
     }
     let lower = if proves { plan.motion.duration() } else { 0.0 };
     Ok(plan.finished(waypoints, lower))
+}
+
+impl Plan {
+    /// Takes the motion of `other`, planned later, if it is faster and stays within the position limits.
+    fn compare(&mut self, other: Self, route: &Route) {
+        let faster = other.motion.duration() < self.motion.duration();
+        if faster && other.motion.stops_within(route.waypoints, route.limits).is_empty() {
+            self.motion = other.motion;
+            (self.converged, self.moves) = (other.converged, other.moves);
+        }
+        self.iterations = other.iterations;
+    }
+}
+
+/// Planned backwards in time: the optimum is the same, but the search takes another way to it.
+fn backwards(
+    route: &Route,
+    stops: &Motion,
+    budget: &Budget,
+    iterations: usize,
+    tell: &mut dyn FnMut(Stage),
+) -> Plan {
+    let waypoints: Vec<Vec<f64>> = route.waypoints.iter().rev().cloned().collect();
+    let ends = route.ends.reversed();
+    let back = Route { waypoints: &waypoints, limits: route.limits, ends: &ends };
+    let plan = one_way(&back, &stops.clone().reversed(), budget, iterations, tell);
+    Plan { motion: plan.motion.reversed(), ..plan }
 }
 
 /// The motion that stops at every waypoint between the ends.

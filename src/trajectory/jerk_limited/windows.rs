@@ -35,6 +35,9 @@ const WARM: f64 = 1e-3;
 /// Most Newton steps with each division.
 const STEPS: [usize; 3] = [150, 150, 60];
 
+/// Divisions tried from a hasty start.
+const HASTY: usize = 2;
+
 /// Divisions that must have been solved before no other is tried.
 const ENOUGH: usize = 2;
 
@@ -135,8 +138,12 @@ fn attempt(
     let mut steps = 0;
     let mut converged = false;
     // Ends in motion are tried in haste first, and then not.
-    let haste = (!rests && guess.is_none()).then_some((CELLS[0], true));
-    for (cells, hastily) in haste.into_iter().chain(CELLS.map(|cells| (cells, false))) {
+    let hasty = if rests || guess.is_some() { 0 } else { HASTY };
+    let starts = CELLS[..hasty].iter().map(|cells| (*cells, true));
+    for (cells, hastily) in starts.chain(CELLS.map(|cells| (cells, false))) {
+        if hastily && best.is_some() {
+            continue;
+        }
         if watch.is_over() {
             break;
         }
