@@ -443,6 +443,7 @@ fn objects() -> BTreeMap<&'static str, Value> {
         ("PlanRequest", plan),
         ("WaypointsTask", task.clone()),
         ("DurationRange", task["durations"].clone()),
+        ("EndMotion", task["start"].clone()),
         ("ObjectiveWeights", task["objective"].clone()),
         ("ParetoRequest", task["pareto"].clone()),
         ("ProgramTask", without(request["task"].clone(), &["type"])),
