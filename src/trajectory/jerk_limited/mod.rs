@@ -95,7 +95,7 @@ pub struct Fastest {
     /// Multipliers of the programmes solved: prices that prove a lower bound.
     pub prices: Prices,
     /// `[segment][joint]`: what the limits of velocity, acceleration and jerk hold back there, in s per
-    /// relative change: a limit higher by one percent saves a hundredth of it. Since time
+    /// relative change: a limit higher by one percent saves a hundredth of it. From rest to rest, since time
     /// scales with them, once velocity's, twice acceleration's and three times jerk's
     /// add up to the whole duration.
     pub gains: Vec<Vec<[f64; 3]>>,
