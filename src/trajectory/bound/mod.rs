@@ -1,6 +1,6 @@
 //! A proven lower bound on the duration of any lawful trajectory.
 //!
-//! Two proofs: an elementary one from limits of velocity and acceleration, and one by prices
+//! Two proofs: an elementary one from the length of the ways, and one by prices
 //! ([`decomposition`], [`payment`]) that is usually within a percent of the optimum.
 
 mod decomposition;
@@ -30,7 +30,7 @@ pub struct LowerBound {
 impl LowerBound {
     /// What the limits say at once, without any trajectory: see [`elementary`]. None if nothing.
     pub fn elementary(waypoints: &[Vec<f64>], limits: &[JointBounds]) -> Option<Self> {
-        let method = "way over speed limit, with the acceleration limit's ramps at both ends";
+        let method = "way over speed limit, with ramps within acceleration and jerk at both ends";
         Self::new(elementary(waypoints, limits), method)
     }
 
@@ -74,7 +74,7 @@ pub fn lower_bound(
     if lower > 0.0 { lower } else { 0.0 }
 }
 
-/// A bound from velocity and acceleration limits alone, s.
+/// A bound from the length of the ways alone, s.
 ///
 /// Every segment lasts at least as long as its slowest joint needs with the speed it
 /// can have reached, and the whole at least as long as any joint needs for its way
