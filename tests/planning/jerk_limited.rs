@@ -8,7 +8,7 @@ use takt::math::random::RandomStream;
 use takt::plan::scenarios;
 use takt::trajectory::jerk_limited::{Fastest, fastest};
 use takt::trajectory::kernel::KernelLimits;
-use takt::trajectory::{Certificate, JointBounds, Limit, LowerBound};
+use takt::trajectory::{Certificate, JointBounds, Limit};
 
 const FREE: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
 
