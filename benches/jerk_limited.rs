@@ -1,5 +1,5 @@
 //! The cost of the fastest trajectory with its lower bound on one core: random lists of seven joints of growing
-//! length, and the problems that `benches/peers/fastest.sh` gives to other programs.
+//! length, and the problems that `benches/peers/run.sh jerk_limited` gives to other programs.
 
 use std::hint::black_box;
 

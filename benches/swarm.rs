@@ -1,5 +1,5 @@
 //! Time per evaluation of a particle swarm on benchmark functions, with the
-//! optimizer's own overhead, on one core. `benches/peers/swarm.sh` runs it
+//! optimizer's own overhead, on one core. `benches/peers/run.sh swarm pso` runs it
 //! beside pyswarms and pygmo.
 
 use std::collections::BTreeMap;

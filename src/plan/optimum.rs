@@ -7,7 +7,7 @@ use crate::trajectory::jerk_limited::{Fastest, fastest_within};
 use crate::trajectory::kernel::KernelLimits;
 use crate::trajectory::{DERIVATIVES, JointBounds, LowerBound};
 
-/// Savings below this share of the duration, per doubling of a limit, are rounding.
+/// Savings below this share of the duration, per relative change of a limit, are rounding.
 const LEAST_SAVING: f64 = 1e-4;
 
 /// What the limits admit.
@@ -50,8 +50,9 @@ fn sensitivities(found: &Fastest, limits: &[JointBounds]) -> Vec<Sensitivity> {
     let mut all = Vec::new();
     for (joint, limit) in limits.iter().enumerate() {
         for (order, name) in DERIVATIVES.iter().enumerate() {
+            // What stands for a limit that does not exist is none that could be raised.
             let saving: f64 = found.gains.iter().map(|row| row[joint][order]).sum();
-            if saving > least {
+            if limit.derivatives[order].is_some() && saving > least {
                 all.push(Sensitivity {
                     joint: limit.name.clone(),
                     limit: (*name).to_owned(),

@@ -120,7 +120,8 @@ pub struct Sensitivity {
     pub joint: String,
     /// `velocity`, `acceleration` or `jerk`.
     pub limit: String,
-    /// By how much the optimum gets shorter if the limit is one percent higher, s, to first order.
+    /// By how much the optimum gets shorter if the limit is one percent higher, s, to first
+    /// order: less where another joint is nearly as slow.
     pub seconds_per_percent: f64,
 }
 

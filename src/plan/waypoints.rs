@@ -46,9 +46,9 @@ pub fn plan_from(
     budget: &Budget,
     progress: &dyn Fn(Progress),
 ) -> Result<TrajectoryResult, PlanError> {
-    let alone = !matches!(task.interpolation.timing, Timing::Free) || orders(task) < 3;
     // The fastest motion itself says how short any could be.
-    let optimum = alone.then(|| Optimum::find(&task.waypoints, &plan.limits, budget));
+    let tells = matches!(task.interpolation.timing, Timing::Free) && orders(task) == 3;
+    let optimum = (!tells).then(|| Optimum::find(&task.waypoints, &plan.limits, budget));
     let run = Run { task, limits: &plan.limits, hints, seed, budget, progress, optimum };
     let stopped = || budget.stop_reason(0).and_then(PlanError::stopped);
     let timed = match &task.interpolation.timing {
@@ -350,7 +350,7 @@ impl Run<'_> {
             Some(DurationGoal::AtMost(wanted)) => (wanted, false),
         };
         if shortest > wanted * (1.0 + 1e-12) {
-            return Err(self.too_short(wanted, shortest, &timed));
+            return Err(self.goal_missed(wanted, shortest, &timed));
         }
         if exactly {
             let factor = wanted / shortest;
@@ -365,7 +365,7 @@ impl Run<'_> {
     }
 
     /// Why the plan takes longer than was wanted: no trajectory can do it, or only this one cannot.
-    fn too_short(&self, wanted: f64, shortest: f64, timed: &Timed) -> PlanError {
+    fn goal_missed(&self, wanted: f64, shortest: f64, timed: &Timed) -> PlanError {
         let task = self.task;
         let by = match task.interpolation.timing {
             Timing::Search(_) => {

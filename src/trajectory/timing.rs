@@ -5,6 +5,7 @@ use crate::optimize::{Appraisal, Bounds, Candidate, Objective, Ratios};
 use super::kernel::{JointLanes, Kernel, KernelLimits, Workspace};
 use super::objective::Measures;
 use super::polynomial_trajectory::Trajectory;
+use super::rest_to_rest::quintic;
 
 /// What becomes of a candidate that breaks a limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -151,18 +152,10 @@ impl TimingProblem {
 }
 
 /// For each segment the time a quintic from rest to rest would need.
-///
-/// Peaks of the minimum-jerk quintic: 15/8 D/t, 10/sqrt(3) D/t², 60 D/t³.
 fn natural_durations(waypoints: &[Vec<f64>], limits: &[KernelLimits]) -> Vec<f64> {
     let segment = |pair: &[Vec<f64>]| {
-        let joint = |((to, from), limit): ((&f64, &f64), &KernelLimits)| {
-            let way = (to - from).abs();
-            let [velocity, acceleration, jerk] = limit.derivatives;
-            (1.875 * way / velocity)
-                .max((5.7735 * way / acceleration).sqrt())
-                .max(libm::cbrt(60.0 * way / jerk))
-        };
-        pair[1].iter().zip(&pair[0]).zip(limits).map(joint).fold(0.0, f64::max)
+        let ways = pair[1].iter().zip(&pair[0]).map(|(to, from)| to - from);
+        ways.zip(limits).map(|(way, limit)| quintic(way, limit.derivatives)).fold(0.0, f64::max)
     };
     let mut natural: Vec<f64> = waypoints.windows(2).map(segment).collect();
     // A segment in which nothing that is limited moves still needs some time.

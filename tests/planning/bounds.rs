@@ -93,3 +93,46 @@ fn two_waypoints_leave_no_gap() {
         assert!(gap.abs() < 1e-9, "{derivatives:?}: {gap}");
     }
 }
+
+/// Nothing depends on units: not the plan's closeness to its bound, nor whether a bound exists.
+#[test]
+fn other_units_leave_the_gap_as_it_is() {
+    for seed in [4, 5, 8, 18, 26] {
+        let (waypoints, limits) = nasty(seed);
+        let found = fastest(&waypoints, &limits);
+        let gap = found.trajectory.duration() / found.lower;
+        for (length, time) in [(1e4, 1.0), (1e-4, 1e-2), (1.0, 1e3)] {
+            let scaled: Vec<Vec<f64>> =
+                waypoints.iter().map(|row| row.iter().map(|x| x * length).collect()).collect();
+            let limits: Vec<KernelLimits> = limits
+                .iter()
+                .map(|limit| {
+                    let [v, a, j] = limit.derivatives;
+                    let derivatives = [v / time, a / (time * time), j / (time * time * time)];
+                    KernelLimits { derivatives: derivatives.map(|x| x * length), ..*limit }
+                })
+                .collect();
+            let found = fastest(&scaled, &limits);
+            let again = found.trajectory.duration() / found.lower;
+            assert!((again / gap - 1.0).abs() < 1e-3, "{seed} {length} {time}: {again} {gap}");
+        }
+    }
+}
+
+/// Numbers at the end of what a computer holds prove nothing rather than too much.
+#[test]
+fn extreme_limits_never_prove_too_much() {
+    let waypoints = [vec![0.0, 0.0], vec![1.0, 1e-9], vec![0.5, 2e-9], vec![0.7, 0.0]];
+    for extreme in [1e-150, 1e-30, 1e30, 1e150, 1e300] {
+        for order in 0..3 {
+            let mut derivatives = [1.0, 4.0, 30.0];
+            derivatives[order] = extreme;
+            let position = [f64::NEG_INFINITY, f64::INFINITY];
+            let usual = KernelLimits { derivatives: [1.0, 4.0, 30.0], position };
+            let limits = [KernelLimits { derivatives, position }, usual];
+            let found = fastest(&waypoints, &limits);
+            let duration = found.trajectory.duration();
+            assert!((0.0..=duration).contains(&found.lower), "{extreme} {order}: {found:?}");
+        }
+    }
+}

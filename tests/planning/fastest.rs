@@ -90,6 +90,54 @@ fn a_wanted_duration_is_kept_or_told_to_be_too_short() {
     assert!(error.message.contains("needs 4.8"), "{error}");
 }
 
+/// Below the bound no curve exists; between it and the optimum of a family another curve may do.
+#[test]
+fn a_wanted_duration_that_is_impossible_is_proven_to_be() {
+    for name in ["mcb-ab", "mcb-ab-fastest"] {
+        let short = json!({ "duration": { "at_most": 4.8 } });
+        let error = try_plan(scenario(name, short)).unwrap_err();
+        assert!(error.message.contains("no lawful trajectory takes less than 4.87"), "{error}");
+        assert!(error.message.contains("because of the velocity limit of joint_6"), "{error}");
+        let details = &error.details;
+        let lower = details["lower_bound"].as_f64().unwrap();
+        assert!((4.87..4.88).contains(&lower), "{lower}");
+        assert_eq!(details["binding"][0]["joint"], "joint_6");
+    }
+    let error = try_plan(scenario("mcb-ab", json!({ "duration": { "at_most": 5.0 } })));
+    assert!(error.unwrap_err().message.contains("jerk_limited takes 4.879"));
+}
+
+/// The multipliers against what plans with other limits really take, and the sum that the
+/// scaling law asks for; also between two waypoints, where a closed form tells.
+#[test]
+fn sensitivities_are_what_higher_limits_save() {
+    let whole = scenario("mcb-ab-fastest", json!({}));
+    let mut leg = whole.clone();
+    // The middle one, in which joint_6 alone is slow: where two are, more of one limit saves little.
+    leg["task"]["waypoints"] = json!(&whole["task"]["waypoints"].as_array().unwrap()[1..3]);
+    for request in [whole, leg] {
+        let result = plan(request.clone());
+        let sensitivities = &result.metrics.sensitivities;
+        let share = |limit: &str| match limit {
+            "velocity" => 1.0,
+            "acceleration" => 2.0,
+            _ => 3.0,
+        };
+        let sum: f64 =
+            sensitivities.iter().map(|it| 100.0 * share(&it.limit) * it.seconds_per_percent).sum();
+        assert!((sum / result.duration - 1.0).abs() < 2e-3, "{sum} of {}", result.duration);
+        for it in sensitivities.iter().take(3) {
+            let joint = result.joint_names.iter().position(|name| *name == it.joint).unwrap();
+            let mut higher = request.clone();
+            let limit = &mut higher["limits"][&it.limit][joint];
+            *limit = json!(1.01 * limit.as_f64().unwrap());
+            let saved = result.duration - plan(higher).duration;
+            let off = (saved - it.seconds_per_percent).abs();
+            assert!(off < 0.03 * it.seconds_per_percent + 2e-5, "{it:?} saves {saved}");
+        }
+    }
+}
+
 /// As for every other interpolation, the certificate still checks all limits.
 #[test]
 fn speed_alone_may_be_limited() {

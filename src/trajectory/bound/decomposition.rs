@@ -55,7 +55,8 @@ pub fn decomposed(
         Payment { cases: &cases, minorants: Vec::new(), range }.least(durations[segment])
     };
     let sum: f64 = (0..ways.len()).map(segment).sum();
-    sum.min(upper) - ROUNDING * upper
+    // Not-a-number must not pass for a bound.
+    if sum.is_nan() { 0.0 } else { sum.min(upper) - ROUNDING * upper }
 }
 
 /// The limits, and what they and a whole duration of `upper` imply for those that do not exist: from rest
@@ -81,8 +82,9 @@ fn case(
     let last = segment + 1 == ways.len();
     let price = |segment: usize| {
         let [v, a] = prices[segment][joint];
-        // Where jerk has no limit, acceleration may jump at a waypoint.
-        [v, if limits[joint][2].is_finite() { a } else { 0.0 }]
+        let [_, acceleration, jerk] = limits[joint].map(f64::is_finite);
+        // What has no limit on its change may jump at a waypoint.
+        [if acceleration { v } else { 0.0 }, if jerk { a } else { 0.0 }]
     };
     let case = Case {
         duration: 0.0,
@@ -133,7 +135,8 @@ impl Payment<'_> {
             .flat_map(|&duration| self.cases.iter().map(move |case| Case { duration, ..*case }))
             .collect();
         let found = minorants(&cases);
-        self.minorants.extend(found.chunks(self.cases.len()).map(Minorant::sum));
+        let sums = found.chunks(self.cases.len()).map(Minorant::sum);
+        self.minorants.extend(sums.filter(Minorant::is_finite));
         self.minorants.sort_by(|a, b| a.duration.total_cmp(&b.duration));
         let all = self.minorants.clone();
         let highest = |m: &Minorant| all.iter().all(|o| o.at(m.duration) <= m.at(m.duration));

@@ -70,19 +70,25 @@ pub struct Minorant {
     inverse: f64,
     square: f64,
     kink: f64,
+    /// Sum of the magnitudes of all parts: what rounding is relative to where they cancel.
+    size: f64,
 }
+
+/// What rounding may change in a value, as a share of the magnitudes of its parts.
+const ROUNDING: f64 = 1e-12;
 
 impl Minorant {
     /// What all joints pay, and the time itself; all made for the same duration.
     pub fn sum(joints: &[Self]) -> Self {
         let duration = joints.first().map_or(0.0, |joint| joint.duration);
-        let mut sum = Self { duration, linear: duration, ..Self::default() };
+        let mut sum = Self { duration, linear: duration, size: duration, ..Self::default() };
         for joint in joints {
             sum.fixed += joint.fixed;
             sum.linear += joint.linear;
             sum.inverse += joint.inverse;
             sum.square += joint.square;
             sum.kink += joint.kink;
+            sum.size += joint.size;
         }
         sum
     }
@@ -92,10 +98,16 @@ impl Minorant {
         let r = duration / self.duration;
         // Convex in r: its tangent is below, and concave with the rest, so that between
         // two durations the least value is at one of them.
-        let inverse = if self.inverse > 0.0 { 2.0 - r } else { 1.0 / r };
+        let inverse = if self.inverse >= 0.0 { 2.0 - r } else { 1.0 / r };
         self.fixed + self.linear * r + self.inverse * inverse
             - self.square * r * r
             - self.kink * (r - 1.0).abs()
+            - ROUNDING * self.size * (r * r).max(1.0 / r).max(1.0)
+    }
+
+    /// False if some number was too large: then it proves nothing.
+    pub fn is_finite(&self) -> bool {
+        self.size.is_finite()
     }
 }
 
@@ -154,6 +166,10 @@ pub fn minorants(cases: &[Case]) -> Vec<Minorant> {
             } else {
                 *slower -= h * jerk;
             }
+            minorant.size = minorant.fixed.abs()
+                + minorant.linear.abs()
+                + minorant.inverse.abs()
+                + minorant.square;
             all.push(minorant);
         }
     }

@@ -31,6 +31,10 @@ const LAST_BARRIER: f64 = 1e-7;
 /// By what the barrier parameter falls in an iteration.
 const FALL: f64 = 0.2;
 
+/// What rounding may change in a sum over all steps, as a share of the magnitudes that enter it: the
+/// multipliers of impossible durations are huge and cancel.
+const ROUNDING: f64 = 1e-13;
+
 /// How much of the way to the nearest limit a step may go.
 const NEAR: f64 = 0.99;
 
@@ -346,6 +350,9 @@ impl<S: Simd> Programme<S> {
         let lambda = self.load_lanes(&point.lambda);
         let (mut velocity, mut acceleration, mut jerk) = (zero, zero, zero);
         let mut costate = [zero - self.leave[0], zero - self.leave[1]];
+        // The same sums of magnitudes.
+        let mut size = [self.leave[0].abs(), self.leave[1].abs()];
+        let mut lost = zero;
         let net = |index: usize, row: usize| {
             let [up, down] = &point.z[index][row];
             self.load_lanes(up) - self.load_lanes(down)
@@ -354,21 +361,29 @@ impl<S: Simd> Programme<S> {
             let zm = net(k + 1, 1);
             acceleration = acceleration + zm.abs();
             costate[1] = costate[1] + zm;
+            size[1] = size[1] + zm.abs();
             if counts(k + 1, 2) {
                 let zv = net(k + 1, 2);
                 velocity = velocity + zv.abs();
                 costate[0] = costate[0] + zv;
+                size[0] = size[0] + zv.abs();
             }
             if k < CELLS {
                 costate[0] = costate[0] - lambda;
+                size[0] = size[0] + lambda.abs();
             }
             costate[1] = costate[1] + costate[0] * weight(k);
+            size[1] = size[1] + size[0] * weight(k);
             jerk = jerk + costate[1].abs() * reach(k);
+            lost = lost + size[1] * reach(k);
         }
         let start = [costate[0] + self.enter[0], costate[1] + self.enter[1]];
         let free = |value: Vector<S>| self.from_rest.select(zero, value.abs());
         velocity = velocity + free(start[0]);
         acceleration = acceleration + free(start[1]);
+        velocity = velocity + (size[0] + self.enter[0].abs()) * ROUNDING;
+        acceleration = acceleration + (size[1] + self.enter[1].abs()) * ROUNDING;
+        jerk = jerk + lost * ROUNDING;
         [lambda * self.way, velocity, acceleration * self.acceleration, jerk * self.jerk]
     }
 }

@@ -7,6 +7,7 @@
 use crate::math::lanes::{Lanes, WIDTH};
 use crate::trajectory::Ends;
 use crate::trajectory::kernel::KernelLimits;
+use crate::trajectory::rest_to_rest::quintic;
 
 use super::problem::{Cell, FREE, Group, Iterate, Problem};
 use super::profile::{Motion, Phase};
@@ -33,21 +34,10 @@ pub struct Units {
     pub length: Vec<f64>,
 }
 
-/// Durations in which a fifth-order polynomial from rest to rest keeps all limits, s.
-///
-/// Its peaks are `15/8 d/h`, `10/sqrt(3) d/h²` and `60 d/h³`.
-pub fn rest_to_rest(ways: &[Vec<f64>], limits: &[KernelLimits]) -> Vec<f64> {
-    let of = |way: f64, limit: &KernelLimits| {
-        let way = way.abs();
-        let [velocity, acceleration, jerk] = limit.derivatives;
-        let peak = 10.0 / libm::sqrt(3.0);
-        (1.875 * way / velocity)
-            .max(libm::sqrt(peak * way / acceleration))
-            .max(libm::cbrt(60.0 * way / jerk))
-    };
-    let slowest =
-        |row: &Vec<f64>| row.iter().zip(limits).map(|(w, l)| of(*w, l)).fold(0.0, f64::max);
-    ways.iter().map(slowest).collect()
+/// Durations in which fifth-order polynomials from rest to rest keep all limits, s.
+fn quintics(ways: &[Vec<f64>], limits: &[KernelLimits]) -> Vec<f64> {
+    let of = |(way, limit): (&f64, &KernelLimits)| quintic(*way, limit.derivatives);
+    ways.iter().map(|row| row.iter().zip(limits).map(of).fold(0.0, f64::max)).collect()
 }
 
 impl Units {
@@ -85,7 +75,7 @@ fn scaled(limit: &KernelLimits, units: &Units, joint: usize) -> [f64; 3] {
 /// compared with any segment stand for them, but long enough that the rounding of
 /// times does not count in them.
 pub fn effective(ways: &[Vec<f64>], limits: &[KernelLimits]) -> Vec<KernelLimits> {
-    let durations = rest_to_rest(ways, limits);
+    let durations = quintics(ways, limits);
     let shortest = durations.iter().copied().filter(|h| *h > 0.0).fold(f64::INFINITY, f64::min);
     let shortest = if shortest.is_finite() { shortest } else { 1.0 };
     let ramp = (1e-3 * shortest).max(SHORTEST_RAMP * durations.iter().sum::<f64>());
@@ -111,7 +101,7 @@ pub fn pose(
     cells: usize,
     mu: f64,
 ) -> (Problem, Iterate, Units) {
-    let durations = rest_to_rest(ways, limits);
+    let durations = quintics(ways, limits);
     let units = Units::new(ways, limits, &durations);
     let (segments, dof) = (ways.len(), limits.len());
     let groups: Vec<Group> = (0..dof.div_ceil(WIDTH))

@@ -1,7 +1,7 @@
 //! The fastest motion that stops at every waypoint: closed form, always possible.
 
 use crate::trajectory::kernel::KernelLimits;
-use crate::trajectory::rest_to_rest::{alone, rest_to_rest};
+use crate::trajectory::rest_to_rest::{alone, gains, rest_to_rest};
 
 use super::profile::{Motion, Phase};
 
@@ -61,6 +61,16 @@ pub fn stopping(ways: &[Vec<f64>], limits: &[KernelLimits]) -> Motion {
     let phases = (0..limits.len()).map(joint).collect();
     // At rest every state costs nothing that could be told from here.
     let prices = vec![vec![[0.0; 2]; limits.len()]; ways.len()];
-    let gains = vec![vec![[0.0; 3]; limits.len()]; ways.len()];
+    let gains = ways.iter().map(|row| slowest_gains(row, limits)).collect();
     Motion { phases, prices, gains, durations }
+}
+
+/// Only the slowest joint's limits hold a segment back.
+fn slowest_gains(row: &[f64], limits: &[KernelLimits]) -> Vec<[f64; 3]> {
+    let mut all = vec![[0.0; 3]; limits.len()];
+    let times = row.iter().zip(limits).map(|(way, limit)| alone(*way, limit.derivatives));
+    if let Some((joint, _)) = times.enumerate().max_by(|a, b| a.1.total_cmp(&b.1)) {
+        all[joint] = gains(row[joint], limits[joint].derivatives);
+    }
+    all
 }
