@@ -59,6 +59,7 @@ mod profile;
 mod reach;
 mod refine;
 pub mod state_to_state;
+mod states;
 mod step;
 mod stopping;
 mod windows;
@@ -275,9 +276,9 @@ fn one_way(
             stops: stops.segments(part.clone()),
         };
         let planned = if own.ends.are_at_rest() {
-            windows::plan(&own, limits, &mut watch)
+            windows::plan(&own, limits, None, &mut watch)
         } else {
-            moving::within(&own, &mut watch)
+            moving::plan(&own, &mut watch)
         };
         watch.iterations += planned.iterations;
         converged &= planned.converged;

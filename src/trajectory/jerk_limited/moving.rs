@@ -1,31 +1,38 @@
 //! Ends in motion: where a robot is re-planned on the fly, or hands over at speed.
 //!
 //! Between two waypoints the closed form of [`state_to_state`](super::state_to_state) is the
-//! optimum. Through more, the programme starts and ends with the states given. Such a motion
-//! cannot be stretched, because its ends would change with it: one that passes a limit by rounding is planned again within
-//! limits that are as much tighter. Short lists are planned backwards, too. The result is compared with one that is always possible: the
-//! closed form to rest at the second waypoint, from there the fastest motion from rest to rest,
-//! and the closed form again from rest at the last waypoint but one.
+//! optimum. Through more, [`states`](super::states) finds motions on either side of the gaps that lie next to such
+//! ends, and the programme starts from each of them. Of a long list only the segments next to the ends are planned so;
+//! the others are planned from rest to rest.
+//!
+//! A motion that starts or ends at speed cannot be stretched, because its ends would change with it: one that passes a
+//! limit by rounding is planned again within limits that are as much tighter.
 
 use crate::budget::Budget;
 use crate::trajectory::Ends;
 use crate::trajectory::kernel::KernelLimits;
 
+use super::newton::MAX_SEGMENTS;
 use super::profile::Motion;
 use super::state_to_state::{State, StateFault, between};
+use super::states::search;
 use super::windows::{self, Planned};
-use super::{
-    Fastest, Part, Plan, Route, SECOND_LOOK, Stage, Watch, layout, one_way, stopped, ways,
-};
+use super::{Fastest, Part, Route, Stage, Watch, layout, one_way, stopped, ways};
 
 /// What rounding may add to a limit, as a factor of time.
 const ROUNDING: f64 = 1e-10;
 
-/// How often limits are tightened before stops are accepted.
+/// How often limits are tightened before a programme is given up.
 const TIGHTENINGS: usize = 3;
 
 /// How much tighter than necessary limits become, as a factor of time.
 const MARGIN: f64 = 1e-7;
+
+/// Segments next to an end in motion of a long list that are planned at once.
+const NEAR: usize = 8;
+
+/// A programme whose solution is within this of the motion it started from tells what limits hold that back.
+const ALIKE: f64 = 1e-3;
 
 /// The fastest trajectory found through `waypoints[waypoint][joint]` that begins and ends in the
 /// motion of `ends`, as far as `budget` allows; otherwise as [`super::fastest_within`].
@@ -47,50 +54,18 @@ pub fn fastest_between(
     let limited = |limit: &KernelLimits| limit.derivatives[1..].iter().any(|l| l.is_finite());
     let proves = waypoints.len() == 2 && limits.iter().all(limited);
     let limits = layout::effective(&ways(waypoints), limits);
-    let route = Route { waypoints, limits: &limits, ends };
-    let stops = stops(&route)?;
-    let mut plan = one_way(&route, &stops, budget, 0, tell);
-    if (3..=SECOND_LOOK.1).contains(&waypoints.len()) {
-        let other = backwards(&route, &stops, budget, plan.iterations, tell);
-        plan.compare(other, &route);
-    }
-    if let Some(other) = slow_ends(&route, &stops, budget, plan.iterations, tell) {
-        plan.compare(other, &route);
-    }
+    let stops = stops(waypoints, &limits, ends)?;
+    let plan = one_way(&Route { waypoints, limits: &limits, ends }, &stops, budget, 0, tell);
     let lower = if proves { plan.motion.duration() } else { 0.0 };
     Ok(plan.finished(waypoints, lower))
 }
 
-impl Plan {
-    /// Takes the motion of `other`, planned later, if it is faster and stays within the position limits.
-    fn compare(&mut self, other: Self, route: &Route) {
-        let faster = other.motion.duration() < self.motion.duration();
-        if faster && other.motion.stops_within(route.waypoints, route.limits).is_empty() {
-            self.motion = other.motion;
-            (self.converged, self.moves) = (other.converged, other.moves);
-        }
-        self.iterations = other.iterations;
-    }
-}
-
-/// Planned backwards in time: the optimum is the same, but the search takes another way to it.
-fn backwards(
-    route: &Route,
-    stops: &Motion,
-    budget: &Budget,
-    iterations: usize,
-    tell: &mut dyn FnMut(Stage),
-) -> Plan {
-    let waypoints: Vec<Vec<f64>> = route.waypoints.iter().rev().cloned().collect();
-    let ends = route.ends.reversed();
-    let back = Route { waypoints: &waypoints, limits: route.limits, ends: &ends };
-    let plan = one_way(&back, &stops.clone().reversed(), budget, iterations, tell);
-    Plan { motion: plan.motion.reversed(), ..plan }
-}
-
 /// The motion that stops at every waypoint between the ends.
-fn stops(route: &Route) -> Result<Motion, Vec<StateFault>> {
-    let Route { waypoints, limits, ends } = route;
+fn stops(
+    waypoints: &[Vec<f64>],
+    limits: &[KernelLimits],
+    ends: &Ends,
+) -> Result<Motion, Vec<StateFault>> {
     let [moves_off, arrives] = ends.rests().map(|rests| !rests);
     let (ways, last) = (ways(waypoints), waypoints.len() - 2);
     let mut motion = Motion::empty(limits.len());
@@ -118,45 +93,48 @@ fn states(end: &[[f64; 2]], positions: &[f64]) -> Vec<State> {
     end.iter().zip(positions).map(state).collect()
 }
 
-/// The motion with closed forms next to the ends in motion and the fastest between them; none if nothing is
-/// between them.
-fn slow_ends(
-    route: &Route,
-    stops: &Motion,
-    budget: &Budget,
-    iterations: usize,
-    tell: &mut dyn FnMut(Stage),
-) -> Option<Plan> {
-    let [first, last] = route.ends.rests().map(|rests| usize::from(!rests));
-    let segments = stops.durations.len();
-    let inner = first..segments.checked_sub(last)?;
-    if inner.len() < 2 {
-        return None;
+/// The fastest motion found along `part`, which moves at an end.
+pub fn plan(part: &Part, watch: &mut Watch) -> Planned {
+    match part.ways.len() {
+        1 => Planned { motion: part.stops.clone(), iterations: 0, converged: true },
+        2..=MAX_SEGMENTS => at_once(part, watch),
+        _ => near_ends(part, watch),
     }
-    let outside = stops.duration() - stops.segments(inner.clone()).duration();
-    let rest = Ends::at_rest(route.limits.len());
-    let part = Route {
-        waypoints: &route.waypoints[inner.start..=inner.end],
-        limits: route.limits,
-        ends: &rest,
-    };
-    let mut tell = |stage: Stage| {
-        tell(Stage { duration: outside + stage.duration, ..stage });
-    };
-    let own = stops.segments(inner.clone());
-    let plan = one_way(&part, &own, budget, iterations, &mut tell);
-    let mut motion = stops.segments(0..inner.start);
-    motion.append(plan.motion);
-    motion.append(stops.segments(inner.end..segments));
-    Some(Plan { motion, ..plan })
 }
 
-/// The fastest motion found along `part` that keeps its limits as it is.
-pub fn within(part: &Part, watch: &mut Watch) -> Planned {
+/// The fastest of what programmes lead to that start from the motions searched, and of these themselves;
+/// one within the position limits, if there is any.
+fn at_once(part: &Part, watch: &mut Watch) -> Planned {
+    let mut best = Planned { motion: part.stops.clone(), iterations: 0, converged: false };
+    let (mut iterations, mut leaves) = (0, true);
+    for guess in search(part, watch) {
+        let mut planned = solved(part, &guess, watch);
+        iterations += planned.iterations;
+        let duration = planned.motion.duration();
+        if guess.duration() < duration {
+            // A programme knows jerk cell by cell and may miss a little of what is exact here.
+            let mut motion = guess;
+            if planned.converged && duration < motion.duration() * (1.0 + ALIKE) {
+                (motion.prices, motion.gains) = (planned.motion.prices, planned.motion.gains);
+            }
+            planned.motion = motion;
+        }
+        let outside = !planned.motion.stops_within(part.waypoints, part.limits).is_empty();
+        let faster = planned.motion.duration() < best.motion.duration();
+        if leaves && !outside || faster && leaves == outside {
+            (best, leaves) = (planned, outside);
+            watch.report(iterations, 0, 0.0, &best.motion);
+        }
+    }
+    Planned { iterations, ..best }
+}
+
+/// What a programme leads to from `guess` that keeps its limits as it is; else the guess itself.
+fn solved(part: &Part, guess: &Motion, watch: &mut Watch) -> Planned {
     let mut limits = part.limits.to_vec();
     let (mut slower, mut iterations) = (1.0, 0);
     for _ in 0..TIGHTENINGS {
-        let planned = windows::plan(part, &limits, watch);
+        let planned = windows::plan(part, &limits, Some(guess), watch);
         iterations += planned.iterations;
         let ratio = planned.motion.ratio(part.limits);
         if ratio <= 1.0 + ROUNDING {
@@ -166,7 +144,7 @@ pub fn within(part: &Part, watch: &mut Watch) -> Planned {
         let joints = part.limits.iter().enumerate();
         limits = joints.map(|(joint, limit)| tightened(limit, &part.ends, joint, slower)).collect();
     }
-    Planned { motion: part.stops.clone(), iterations, converged: false }
+    Planned { motion: guess.clone(), iterations, converged: false }
 }
 
 /// The limits of a motion `slower` times as slow, but none that an end of `joint` does not keep.
@@ -184,4 +162,42 @@ fn tightened(limit: &KernelLimits, ends: &Ends, joint: usize, slower: f64) -> Ke
         jerk / (slower * slower * slower),
     ];
     KernelLimits { derivatives, position: limit.position }
+}
+
+/// A long list: from rest to rest first, and then next to every end in motion anew, between that end and
+/// the state at a waypoint near it.
+fn near_ends(part: &Part, watch: &mut Watch) -> Planned {
+    let (segments, limits) = (part.ways.len(), part.limits);
+    let rest =
+        Part { ends: Ends::at_rest(limits.len()), stops: stopped(part.ways, limits), ..*part };
+    let to_go = watch.to_go.clone();
+    let mut silent = Watch { tell: &mut |_| {}, to_go, ..*watch };
+    let mut all = windows::plan(&rest, limits, None, &mut silent);
+    all.motion.stretch(all.motion.ratio(limits));
+    let [moves_off, arrives] = part.ends.rests().map(|rests| !rests);
+    for (moves, near) in [(moves_off, 0..NEAR), (arrives, segments - NEAR..segments)] {
+        if !moves {
+            continue;
+        }
+        let (mut motion, others) = all.motion.clone().split(near.start);
+        let (old, after) = others.split(NEAR);
+        let mut ends = part.ends.only(near.start == 0, near.end == segments);
+        if near.start == 0 {
+            ends.goal = old.end();
+        } else {
+            ends.start = motion.end();
+        }
+        let waypoints = &part.waypoints[near.start..=near.end];
+        let Ok(stops) = stops(waypoints, limits, &ends) else {
+            return Planned { motion: part.stops.clone(), converged: false, ..all };
+        };
+        let own = Part { ways: &part.ways[near], waypoints, limits, ends, stops };
+        let anew = at_once(&own, &mut silent);
+        all.iterations += anew.iterations;
+        all.converged &= anew.converged;
+        motion.append(anew.motion);
+        motion.append(after);
+        all.motion = motion;
+    }
+    all
 }

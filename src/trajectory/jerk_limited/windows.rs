@@ -1,15 +1,15 @@
 //! Plans part by part: short lists in one part, long ones through moving windows.
 //!
-//! A window ends at rest at its last waypoint, the last one as the goal demands. Only its first segments are kept; the next window
-//! starts where they end, in motion, and looks as far ahead. So every kept segment is planned
-//! with at least [`AHEAD`] segments behind it, and whatever is kept can always go on: at
+//! A window ends at rest at its last waypoint, the last one as the goal demands. Only its first segments
+//! are kept; the next window starts where they end, in motion, and looks as far ahead. So every kept segment
+//! is planned with at least [`AHEAD`] segments behind it, and whatever is kept can always go on: at
 //! worst as the window that it came from.
 
 use crate::trajectory::Ends;
 use crate::trajectory::kernel::KernelLimits;
 
 use super::interior_point::{Settings, solve};
-use super::layout::{follow, hasten, leads_to_goal, pose};
+use super::layout::{follow, leads_to_goal, pose};
 use super::newton::MAX_SEGMENTS;
 use super::profile::{Motion, motion};
 use super::refine::refine;
@@ -35,9 +35,6 @@ const WARM: f64 = 1e-3;
 /// Most Newton steps with each division.
 const STEPS: [usize; 3] = [150, 150, 60];
 
-/// Divisions tried from a hasty start.
-const HASTY: usize = 2;
-
 /// Divisions that must have been solved before no other is tried.
 const ENOUGH: usize = 2;
 
@@ -52,10 +49,16 @@ pub struct Planned {
     pub converged: bool,
 }
 
-/// The fastest motion found along `part` within `limits`.
+/// The fastest motion found along `part` within `limits`; the first window starts from `guess`, a lawful motion
+/// along all or the first of its segments.
 ///
 /// Once `watch` says that time is up, what is not yet planned stops at every waypoint.
-pub fn plan(part: &Part, limits: &[KernelLimits], watch: &mut Watch) -> Planned {
+pub fn plan(
+    part: &Part,
+    limits: &[KernelLimits],
+    guess: Option<&Motion>,
+    watch: &mut Watch,
+) -> Planned {
     let ways = part.ways;
     if ways.len() == 1 {
         // The closed form is the optimum.
@@ -64,7 +67,7 @@ pub fn plan(part: &Part, limits: &[KernelLimits], watch: &mut Watch) -> Planned 
     let mut all = Planned { motion: Motion::empty(limits.len()), iterations: 0, converged: true };
     let mut ends = part.ends.only(true, false);
     // What the last window planned beyond what was kept of it.
-    let mut ahead: Option<Motion> = None;
+    let mut ahead: Option<Motion> = guess.cloned();
     let mut first = 0;
     while first < ways.len() {
         if watch.is_over() {
@@ -137,22 +140,13 @@ fn attempt(
     let bound = if rests { stopping(ways, limits).duration() } else { f64::INFINITY };
     let mut steps = 0;
     let mut converged = false;
-    // Ends in motion are tried in haste first, and then not.
-    let hasty = if rests || guess.is_some() { 0 } else { HASTY };
-    let starts = CELLS[..hasty].iter().map(|cells| (*cells, true));
-    for (cells, hastily) in starts.chain(CELLS.map(|cells| (cells, false))) {
-        if hastily && best.is_some() {
-            continue;
-        }
+    for cells in CELLS {
         if watch.is_over() {
             break;
         }
         let (mut problem, mut point, units) = pose(ways, limits, ends, cells[0], BARRIER[0]);
         if !leads_to_goal(&problem, &point) {
             break;
-        }
-        if hastily && !hasten(&problem, &mut point, BARRIER[0]) {
-            continue;
         }
         let mut barrier = BARRIER;
         if let Some(guess) = guess {
@@ -198,7 +192,7 @@ fn attempt(
         converged |= solved >= ENOUGH;
         // What is no faster than stopping everywhere may be a poor local optimum.
         let fast = best.as_ref().is_some_and(|best| best.duration() < bound);
-        if converged && fast && !hastily {
+        if converged && fast {
             break;
         }
     }
