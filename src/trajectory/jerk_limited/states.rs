@@ -33,6 +33,9 @@ const ALONE: f64 = 1e-2;
 /// Durations of a start's segments compared with those of a motion that stops: logarithms.
 const HASTE: [f64; 2] = [-3.0, 0.5];
 
+/// So many segments next to an end in motion, less one at least, are crossed at its speed at a start.
+const PASSED: f64 = 4.0;
+
 /// Rounds in which the velocities of a spline are found; each leaves at most half of what is wrong.
 const ROUNDS: usize = 8;
 
@@ -51,7 +54,7 @@ pub fn search(part: &Part, watch: &Watch) -> Vec<Motion> {
         let states = match number {
             0 => resting(part),
             _ if number % 2 == 0 => scattered(part, &ranges, &mut random),
-            _ => splines(part, &mut random),
+            _ => splines(part, &ranges, &mut random),
         };
         let mut course = Course::new(part, states, &mut scratch);
         course.descend([STEPS[0], STEPS[1]], &ranges, &mut scratch);
@@ -240,11 +243,35 @@ fn scattered(part: &Part, ranges: &[[f64; 2]], random: &mut RandomStream) -> Vec
     states
 }
 
+/// Durations for a start: anywhere between haste and leisure, and for some of the segments next to an end in motion
+/// what they take at the speed that joints have there.
+fn paces(part: &Part, ranges: &[[f64; 2]], random: &mut RandomStream) -> Vec<f64> {
+    let paced = |stop: &f64| stop * libm::exp(random.uniform(HASTE[0], HASTE[1]));
+    let mut durations: Vec<f64> = part.stops.durations.iter().map(paced).collect();
+    let last = durations.len() - 1;
+    for (end, at_goal) in [(&part.ends.start, false), (&part.ends.goal, true)] {
+        let passed = random.uniform(0.0, PASSED) as usize;
+        for number in 0..passed.min(durations.len()) {
+            let segment = if at_goal { last - number } else { number };
+            let (mut along, mut speed) = (0.0, 0.0);
+            for ((way, [v, _]), [range, _]) in part.ways[segment].iter().zip(end).zip(ranges) {
+                along += v / range * (way / range);
+                speed += v / range * (v / range);
+            }
+            let coasting = along / speed * libm::exp(random.uniform(-0.3, 0.3));
+            if !(coasting > 0.0 && coasting < part.stops.durations[segment]) {
+                break;
+            }
+            durations[segment] = coasting;
+        }
+    }
+    durations
+}
+
 /// A start along cubic splines between the velocities at the ends, their durations anywhere: what all joints
 /// do at a waypoint belongs together.
-fn splines(part: &Part, random: &mut RandomStream) -> Vec<Vec<State>> {
-    let haste = |stop: &f64| 1.0 / (stop * libm::exp(random.uniform(HASTE[0], HASTE[1])));
-    let rates: Vec<f64> = part.stops.durations.iter().map(haste).collect();
+fn splines(part: &Part, ranges: &[[f64; 2]], random: &mut RandomStream) -> Vec<Vec<State>> {
+    let rates: Vec<f64> = paces(part, ranges, random).iter().map(|h| 1.0 / h).collect();
     let mut states = resting(part);
     for joint in 0..part.limits.len() {
         let mean = |at: usize| rates[at] * part.ways[at][joint];
