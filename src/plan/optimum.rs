@@ -44,8 +44,13 @@ impl Optimum {
     }
 }
 
-/// What one percent more of each limit saves, most first.
+/// What one percent more of each limit saves, most first; nothing where closed forms join states of
+/// motion, which do not tell.
 fn sensitivities(found: &Fastest, limits: &[JointBounds]) -> Vec<Sensitivity> {
+    let tells = |row: &Vec<[f64; 3]>| row.iter().flatten().any(|gain| *gain > 0.0);
+    if !found.gains.iter().all(tells) {
+        return Vec::new();
+    }
     let least = LEAST_SAVING * found.trajectory.duration();
     let mut all = Vec::new();
     for (joint, limit) in limits.iter().enumerate() {

@@ -19,6 +19,7 @@ mod honesty;
 mod jerk_limited;
 mod kernel;
 mod limits;
+mod moving_ends;
 mod objectives;
 mod optimizers;
 mod reproduce;

@@ -15,7 +15,10 @@ use super::state_to_state::{State, StateFault, Windows, between, common};
 use super::{Part, Watch};
 
 /// Starts of a search times the values it varies, and the least and the largest number of starts.
-const EFFORT: [usize; 3] = [2000, 48, 256];
+const EFFORT: [usize; 3] = [6000, 96, 768];
+
+/// One in so many starts is followed further, and at least so many are.
+const BEST: [usize; 2] = [8, 12];
 
 /// How many results that differ are followed to the end.
 const RESULTS: usize = 3;
@@ -23,8 +26,9 @@ const RESULTS: usize = 3;
 /// From which difference results differ, as a share of a value's range.
 const DIFFERENT: f64 = 0.1;
 
-/// Steps as shares of a value's range: at first, where starts are compared, and at the end.
-const STEPS: [f64; 3] = [0.5, 0.1, 0.01];
+/// Steps as shares of a value's range: at first, where starts are compared, where those are that are followed
+/// further, and at the end.
+const STEPS: [f64; 4] = [0.5, 0.25, 0.1, 0.01];
 
 /// What every joint's own duration counts beside that of the segment, so that it is worth to
 /// make one of several slowest joints faster.
@@ -61,10 +65,15 @@ pub fn search(part: &Part, watch: &Watch) -> Vec<Motion> {
         courses.push(course);
     }
     courses.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
+    courses.truncate((starts / BEST[0]).max(BEST[1]));
+    for course in &mut courses {
+        course.descend([STEPS[1], STEPS[2]], &ranges, &mut scratch);
+    }
+    courses.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
     let mut results: Vec<Course> = Vec::with_capacity(RESULTS);
     for mut course in courses {
         if results.len() < RESULTS && results.iter().all(|other| course.differs(other, &ranges)) {
-            course.descend([STEPS[1], STEPS[2]], &ranges, &mut scratch);
+            course.descend([STEPS[2], STEPS[3]], &ranges, &mut scratch);
             results.push(course);
         }
     }
