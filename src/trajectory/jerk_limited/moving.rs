@@ -28,6 +28,9 @@ const TIGHTENINGS: usize = 3;
 /// How much tighter than necessary limits become, as a factor of time.
 const MARGIN: f64 = 1e-7;
 
+/// Accelerations below this share of their limit are rounding.
+const NOISE: f64 = 1e-9;
+
 /// Segments next to an end in motion of a long list that are planned at once.
 const NEAR: usize = 8;
 
@@ -164,6 +167,23 @@ fn tightened(limit: &KernelLimits, ends: &Ends, joint: usize, slower: f64) -> Ke
     KernelLimits { derivatives, position: limit.position }
 }
 
+/// Makes the acceleration of `joint` zero where `motion` starts or ends, if it is less than `least`: two motions
+/// that meet there agree then on what is only rounding.
+fn settle(motion: &mut Motion, joint: usize, at_end: bool, least: f64) {
+    let segments = &mut motion.phases[joint];
+    let segment = if at_end { segments.last_mut() } else { segments.first_mut() };
+    let phase =
+        segment.and_then(|phases| if at_end { phases.last_mut() } else { phases.first_mut() });
+    let Some(phase) = phase else { return };
+    let [_, _, from, jerk] = phase.state;
+    let to = from + jerk * phase.length;
+    let own = if at_end { to } else { from };
+    if (if at_end { to } else { from }).abs() < least {
+        let [from, to] = if at_end { [from, 0.0] } else { [0.0, to] };
+        (phase.state[2], phase.state[3]) = (from, (to - from) / phase.length);
+    }
+}
+
 /// A long list: from rest to rest first, and then next to every end in motion anew, between that end and
 /// the state at a waypoint near it.
 fn near_ends(part: &Part, watch: &mut Watch) -> Planned {
@@ -180,7 +200,13 @@ fn near_ends(part: &Part, watch: &mut Watch) -> Planned {
             continue;
         }
         let (mut motion, others) = all.motion.clone().split(near.start);
-        let (old, after) = others.split(NEAR);
+        let (mut old, mut after) = others.split(NEAR);
+        for (joint, limit) in limits.iter().enumerate() {
+            let least = NOISE * limit.derivatives[1];
+            settle(&mut motion, joint, true, least);
+            settle(&mut old, joint, true, least);
+            settle(&mut after, joint, false, least);
+        }
         let mut ends = part.ends.only(near.start == 0, near.end == segments);
         if near.start == 0 {
             ends.goal = old.end();

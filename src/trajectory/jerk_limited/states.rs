@@ -252,47 +252,36 @@ fn scattered(part: &Part, ranges: &[[f64; 2]], random: &mut RandomStream) -> Vec
     states
 }
 
-/// Durations for a start: anywhere between haste and leisure, and for some of the segments next to an end in motion
-/// what they take at the speed that joints have there.
-fn paces(part: &Part, ranges: &[[f64; 2]], random: &mut RandomStream) -> Vec<f64> {
-    let paced = |stop: &f64| stop * libm::exp(random.uniform(HASTE[0], HASTE[1]));
-    let mut durations: Vec<f64> = part.stops.durations.iter().map(paced).collect();
-    let last = durations.len() - 1;
-    for (end, at_goal) in [(&part.ends.start, false), (&part.ends.goal, true)] {
+/// A start along cubic splines between the velocities at the ends, their durations anywhere: what all joints
+/// do at a waypoint belongs together. Some of the segments next to an end in motion are crossed as they come.
+fn splines(part: &Part, ranges: &[[f64; 2]], random: &mut RandomStream) -> Vec<Vec<State>> {
+    let mut rate = |stop: &f64| 1.0 / (stop * libm::exp(random.uniform(HASTE[0], HASTE[1])));
+    let rates: Vec<f64> = part.stops.durations.iter().map(&mut rate).collect();
+    let mut states = resting(part);
+    let mut free = 1..part.ways.len();
+    for at_goal in [false, true] {
         let passed = random.uniform(0.0, PASSED) as usize;
-        for number in 0..passed.min(durations.len()) {
-            let segment = if at_goal { last - number } else { number };
-            let (mut along, mut speed) = (0.0, 0.0);
-            for ((way, [v, _]), [range, _]) in part.ways[segment].iter().zip(end).zip(ranges) {
-                along += v / range * (way / range);
-                speed += v / range * (v / range);
-            }
-            let coasting = along / speed * libm::exp(random.uniform(-0.3, 0.3));
-            if !(coasting > 0.0 && coasting < part.stops.durations[segment]) {
+        let haste = 0.3 * libm::pow(random.uniform(-1.0, 1.0), 3.0);
+        for _ in 0..passed.min(free.len()) {
+            let [from, to] =
+                if at_goal { [free.end, free.end - 1] } else { [free.start - 1, free.start] };
+            if !cross(part, ranges, [from, to], libm::exp(haste), &mut states) {
                 break;
             }
-            durations[segment] = coasting;
+            free = if at_goal { free.start..to } else { to + 1..free.end };
         }
     }
-    durations
-}
-
-/// A start along cubic splines between the velocities at the ends, their durations anywhere: what all joints
-/// do at a waypoint belongs together.
-fn splines(part: &Part, ranges: &[[f64; 2]], random: &mut RandomStream) -> Vec<Vec<State>> {
-    let rates: Vec<f64> = paces(part, ranges, random).iter().map(|h| 1.0 / h).collect();
-    let mut states = resting(part);
     for joint in 0..part.limits.len() {
         let mean = |at: usize| rates[at] * part.ways[at][joint];
         for _ in 0..ROUNDS {
-            for at in 1..part.ways.len() {
+            for at in free.clone() {
                 let [from, to] = [rates[at - 1], rates[at]];
                 let [last, next] = [at - 1, at + 1].map(|at| states[at][joint].velocity);
                 let around = from * (3.0 * mean(at - 1) - last) + to * (3.0 * mean(at) - next);
                 states[at][joint].velocity = around / (2.0 * (from + to));
             }
         }
-        for at in 1..part.ways.len() {
+        for at in free.clone() {
             let [v, next] = [at, at + 1].map(|at| states[at][joint].velocity);
             states[at][joint].acceleration = rates[at] * (6.0 * mean(at) - 4.0 * v - 2.0 * next);
         }
@@ -301,4 +290,43 @@ fn splines(part: &Part, ranges: &[[f64; 2]], random: &mut RandomStream) -> Vec<V
         }
     }
     states
+}
+
+/// Lets joints go on from waypoint `from` to its neighbour `to` with constant jerk, for about the time in which
+/// most of them get there without any, times `slower`. False if they go the wrong way.
+fn cross(
+    part: &Part,
+    ranges: &[[f64; 2]],
+    [from, to]: [usize; 2],
+    slower: f64,
+    states: &mut [Vec<State>],
+) -> bool {
+    let forwards = if to > from { 1.0 } else { -1.0 };
+    let way = |joint: usize| part.waypoints[to][joint] - part.waypoints[from][joint];
+    // Backwards in time it is negative.
+    let mut time = 0.0;
+    for _ in 0..ROUNDS {
+        let (mut along, mut speed) = (0.0, 0.0);
+        for (joint, (state, [range, _])) in states[from].iter().zip(ranges).enumerate() {
+            let mean = (state.velocity + 0.5 * time * state.acceleration) / range;
+            along += mean * way(joint) / range;
+            speed += mean * mean;
+        }
+        time = along / speed;
+        if !(time * forwards > 0.0 && time.is_finite()) {
+            return false;
+        }
+    }
+    time *= slower;
+    for joint in 0..ranges.len() {
+        let State { velocity, acceleration, .. } = states[from][joint];
+        let miss = way(joint) - time * (velocity + 0.5 * time * acceleration);
+        let most = part.limits[joint].derivatives[2];
+        let jerk = (6.0 * miss / (time * time * time)).max(-most).min(most);
+        let state = &mut states[to][joint];
+        state.velocity = velocity + time * (acceleration + 0.5 * time * jerk);
+        state.acceleration = acceleration + time * jerk;
+        keep(state, part, joint);
+    }
+    true
 }
