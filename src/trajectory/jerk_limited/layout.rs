@@ -15,6 +15,12 @@ use super::profile::{Motion, Phase};
 /// How much slower than necessary the start is, so that it lies inside the limits.
 const EASE: f64 = 1.1;
 
+/// Shortest start of a segment next to an end in motion, as a share of a slow one.
+const HASTE: f64 = 0.02;
+
+/// Rounds in which the duration of a coasting segment is found.
+const COASTING: usize = 5;
+
 /// Share of the jerk limit that a start uses at most to join accelerations.
 const EASY: f64 = 0.9;
 
@@ -220,6 +226,84 @@ pub fn follow(
         }
     }
     false
+}
+
+/// Crosses the segments of `point` that are next to an end in motion about as fast as the joints
+/// go there, where they go the right way.
+///
+/// Often the waypoint can be met in a very short time, then for long not at all, and
+/// again once the joints have swung back. Descent from slow motions finds the far side of such a gap, and
+/// from here the near one. False, and `point` of no use, if there is no such start.
+pub fn hasten(problem: &Problem, point: &mut Iterate, mu: f64) -> bool {
+    let n = problem.segments;
+    let mut hastened = false;
+    for (segment, at_goal) in [(0, false), (n - 1, true)] {
+        let slow = point.durations[segment];
+        let h = coasting(problem, segment, at_goal);
+        if h < slow {
+            point.durations[segment] = h.max(HASTE * slow);
+            run(problem, point, segment, at_goal);
+            hastened = true;
+        }
+    }
+    ease_in(problem, point);
+    let inside = hastened && is_inside(problem, point);
+    if inside {
+        center(problem, point, mu);
+    }
+    inside
+}
+
+/// How long the joints take for a segment, at least nearly and all together, if they keep the acceleration
+/// that they have at its end in motion; infinite if they go the wrong way.
+fn coasting(problem: &Problem, segment: usize, at_goal: bool) -> f64 {
+    let mut h = 0.0;
+    for _ in 0..COASTING {
+        let (mut along, mut speed) = (0.0, 0.0);
+        for (group, g) in problem.groups.iter().enumerate() {
+            let [v, a] = if at_goal { g.goal } else { g.start };
+            let half = if at_goal { -0.5 * h } else { 0.5 * h };
+            for lane in 0..g.used {
+                // The mean velocity, by joint compared with the greatest.
+                let mean = v.0[lane] + half * a.0[lane];
+                let most = g.limits[0].0[lane];
+                along += mean / most
+                    * (problem.change[group * problem.segments + segment].0[lane] / most);
+                speed += mean / most * (mean / most);
+            }
+        }
+        if !(along > 0.0 && speed > 0.0) {
+            return f64::INFINITY;
+        }
+        h = along / speed;
+    }
+    h
+}
+
+/// Lets velocity change evenly over a segment from (at the goal: to) that at its end in motion.
+fn run(problem: &Problem, point: &mut Iterate, segment: usize, at_goal: bool) {
+    let (n, k) = (problem.segments, problem.cells);
+    let h = point.durations[segment];
+    for (group, g) in problem.groups.iter().enumerate() {
+        for lane in 0..g.used {
+            let way = problem.change[group * n + segment].0[lane];
+            let most = 0.9 * g.limits[0].0[lane];
+            let near = if at_goal { g.goal[0] } else { g.start[0] }.0[lane];
+            let far = 2.0 * way / h - near;
+            let [from, to] = if at_goal { [far, near] } else { [near, far] };
+            for q in 0..k {
+                let u = (q + 1) as f64 / k as f64;
+                let cell = &mut point.cells[(group * n + segment) * k + q];
+                if q + 1 < k {
+                    cell.s[0].0[lane] = h * u * (from + 0.5 * u * (to - from));
+                }
+                if segment * k + q + 1 < n * k {
+                    cell.s[1].0[lane] = (from + u * (to - from)).max(-most).min(most);
+                    cell.s[2].0[lane] = 0.0;
+                }
+            }
+        }
+    }
 }
 
 /// Whether `point` keeps all limits strictly and leads to the goal.

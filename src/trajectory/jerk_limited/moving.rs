@@ -110,13 +110,14 @@ pub fn plan(part: &Part, watch: &mut Watch) -> Planned {
 fn at_once(part: &Part, watch: &mut Watch) -> Planned {
     let mut best = Planned { motion: part.stops.clone(), iterations: 0, converged: false };
     let (mut iterations, mut leaves) = (0, true);
-    for guess in search(part, watch) {
-        let mut planned = solved(part, &guess, watch);
+    let guesses = search(part, watch).into_iter().map(Some);
+    // The last programme starts in haste, where many joints have to pass a waypoint together.
+    for guess in guesses.chain([None]) {
+        let mut planned = solved(part, guess.as_ref(), watch);
         iterations += planned.iterations;
         let duration = planned.motion.duration();
-        if guess.duration() < duration {
+        if let Some(mut motion) = guess.filter(|guess| guess.duration() < duration) {
             // A programme knows jerk cell by cell and may miss a little of what is exact here.
-            let mut motion = guess;
             if planned.converged && duration < motion.duration() * (1.0 + ALIKE) {
                 (motion.prices, motion.gains) = (planned.motion.prices, planned.motion.gains);
             }
@@ -132,12 +133,12 @@ fn at_once(part: &Part, watch: &mut Watch) -> Planned {
     Planned { iterations, ..best }
 }
 
-/// What a programme leads to from `guess` that keeps its limits as it is; else the guess itself.
-fn solved(part: &Part, guess: &Motion, watch: &mut Watch) -> Planned {
+/// What a programme leads to from `guess` that keeps its limits as it is; else the guess itself, or stops.
+fn solved(part: &Part, guess: Option<&Motion>, watch: &mut Watch) -> Planned {
     let mut limits = part.limits.to_vec();
     let (mut slower, mut iterations) = (1.0, 0);
     for _ in 0..TIGHTENINGS {
-        let planned = windows::plan(part, &limits, Some(guess), watch);
+        let planned = windows::plan(part, &limits, guess, watch);
         iterations += planned.iterations;
         let ratio = planned.motion.ratio(part.limits);
         if ratio <= 1.0 + ROUNDING {
@@ -147,7 +148,7 @@ fn solved(part: &Part, guess: &Motion, watch: &mut Watch) -> Planned {
         let joints = part.limits.iter().enumerate();
         limits = joints.map(|(joint, limit)| tightened(limit, &part.ends, joint, slower)).collect();
     }
-    Planned { motion: guess.clone(), iterations, converged: false }
+    Planned { motion: guess.unwrap_or(&part.stops).clone(), iterations, converged: false }
 }
 
 /// The limits of a motion `slower` times as slow, but none that an end of `joint` does not keep.

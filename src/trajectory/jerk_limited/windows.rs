@@ -9,7 +9,7 @@ use crate::trajectory::Ends;
 use crate::trajectory::kernel::KernelLimits;
 
 use super::interior_point::{Settings, solve};
-use super::layout::{follow, leads_to_goal, pose};
+use super::layout::{follow, hasten, leads_to_goal, pose};
 use super::newton::MAX_SEGMENTS;
 use super::profile::{Motion, motion};
 use super::refine::refine;
@@ -34,6 +34,9 @@ const WARM: f64 = 1e-3;
 
 /// Most Newton steps with each division.
 const STEPS: [usize; 3] = [150, 150, 60];
+
+/// Divisions tried from a hasty start.
+const HASTY: usize = 2;
 
 /// Divisions that must have been solved before no other is tried.
 const ENOUGH: usize = 2;
@@ -140,13 +143,22 @@ fn attempt(
     let bound = if rests { stopping(ways, limits).duration() } else { f64::INFINITY };
     let mut steps = 0;
     let mut converged = false;
-    for cells in CELLS {
+    // Ends in motion of which nothing is known are tried in haste first, and then not.
+    let hasty = if rests || guess.is_some() { 0 } else { HASTY };
+    let starts = CELLS[..hasty].iter().map(|cells| (*cells, true));
+    for (cells, hastily) in starts.chain(CELLS.map(|cells| (cells, false))) {
+        if hastily && best.is_some() {
+            continue;
+        }
         if watch.is_over() {
             break;
         }
         let (mut problem, mut point, units) = pose(ways, limits, ends, cells[0], BARRIER[0]);
         if !leads_to_goal(&problem, &point) {
             break;
+        }
+        if hastily && !hasten(&problem, &mut point, BARRIER[0]) {
+            continue;
         }
         let mut barrier = BARRIER;
         if let Some(guess) = guess {
