@@ -178,7 +178,6 @@ fn settle(motion: &mut Motion, joint: usize, at_end: bool, least: f64) {
     let Some(phase) = phase else { return };
     let [_, _, from, jerk] = phase.state;
     let to = from + jerk * phase.length;
-    let own = if at_end { to } else { from };
     if (if at_end { to } else { from }).abs() < least {
         let [from, to] = if at_end { [from, 0.0] } else { [0.0, to] };
         (phase.state[2], phase.state[3]) = (from, (to - from) / phase.length);
