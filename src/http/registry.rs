@@ -125,7 +125,9 @@ fn find(edge: &Edge, name: &str) -> Result<&'static Scenario, Problem> {
 /// Certify anyone's trajectory
 ///
 /// Exact extrema of position, velocity, acceleration and jerk against the
-/// robot's limits, over continuous time.
+/// robot's limits, over continuous time. Samples are certified as the curve
+/// that their consumer drives, which `interpolation` names; exports of
+/// `GET /v1/jobs/{id}/trajectory` are taken as they come, `interpolation` added.
 #[utoipa::path(
     post, path = "/v1/verify", tag = "results", request_body(content = VerifyRequest, example = examples::trajectory_to_verify),
     responses((status = 200, description = "The certificate", body = Certificate), Problems),

@@ -13,6 +13,7 @@ mod program;
 mod request;
 mod result;
 mod run;
+pub mod samples;
 pub mod scenarios;
 mod study;
 mod unsearched;

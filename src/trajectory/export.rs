@@ -274,9 +274,11 @@ pub struct JointTrajectory {
 pub struct JointTrajectoryPoint {
     /// rad or m.
     pub positions: Vec<f64>,
-    /// rad/s or m/s.
+    /// rad/s or m/s; empty if not given.
+    #[serde(default)]
     pub velocities: Vec<f64>,
-    /// rad/s² or m/s².
+    /// rad/s² or m/s²; empty if not given.
+    #[serde(default)]
     pub accelerations: Vec<f64>,
     /// When, counted from the trajectory's start.
     pub time_from_start: RosDuration,
@@ -292,6 +294,12 @@ pub struct RosDuration {
 }
 
 impl RosDuration {
+    /// s; rounded once, so that a time read back is the nearest to what is written.
+    pub fn seconds(self) -> f64 {
+        let total = i64::from(self.sec) * 1_000_000_000 + i64::from(self.nanosec);
+        total as f64 / 1e9
+    }
+
     fn from_seconds(seconds: f64) -> Self {
         const NANOSECONDS: u64 = 1_000_000_000;
         let total = (seconds * 1e9).round() as u64;
@@ -407,6 +415,10 @@ mod tests {
         assert_eq!(json["points"][1]["velocities"], serde_json::json!([2.0, 0.0]));
         assert_eq!(json["points"][1]["accelerations"], serde_json::json!([2.0, 0.0]));
         assert_eq!(RosDuration::from_seconds(0.999_999_999_9), RosDuration { sec: 1, nanosec: 0 });
+        for k in 0..1000 {
+            let time = f64::from(k) / 250.0;
+            assert_eq!(RosDuration::from_seconds(time).seconds(), time);
+        }
     }
 
     #[test]

@@ -399,7 +399,15 @@ fn verifications() -> Vec<Case> {
         samples("/samples/times", json!([0]), &["/samples", "times"]),
         samples("/samples/times", json!([1, 0]), &["/samples", "ascend"]),
         samples("/samples/positions/1", json!([1]), &["/samples/positions/1"]),
-        samples("/samples/interpolation", json!("cubic"), &["/samples/velocities"]),
+        samples("/samples/interpolation", json!("cubic"), &["/samples/velocities", "missing"]),
+        samples("/samples/interpolation", json!(null), &["/samples/interpolation"]),
+        samples("/samples", json!([]), &["/samples", "expected an object"]),
+        samples("/samples", json!({}), &["/samples/interpolation", "`quintic`", "/samples/times"]),
+        samples("/samples/times", json!([0, 0]), &["/samples/times/1", "ascend"]),
+        samples("/samples/times", json!([0, 1, 2]), &["/samples/positions", "2 rows for 3 times"]),
+        samples("/samples/speeds", json!([]), &["/samples/speeds", "unknown field"]),
+        samples("/samples/joint_names", json!(["turn", "x"]), &["/samples/joint_names", "`slide`"]),
+        samples("/trajectory", json!({"breakpoints": [0, 1], "pieces": [[[0], [0]]]}), &["either"]),
     ]
 }
 

@@ -200,3 +200,29 @@ async fn a_delivered_trajectory_is_certified_again_and_a_hasty_one_is_not() {
     assert_eq!((&violation["joint"], &violation["limit"]), (&json!("turn"), &json!("velocity")));
     assert_eq!((&violation["value"], &violation["limit_value"]), (&json!(2.0), &json!(1.0)));
 }
+
+/// An export is certified as it came, the interpolation added.
+#[tokio::test]
+async fn an_export_is_certified_as_it_will_be_driven() {
+    let server = Server::start().await;
+    let job = server.succeeded(&quick_job()).await;
+    let planned = server.json(&format!("{job}/certificate")).await;
+    for format in ["samples", "joint_trajectory"] {
+        let mut samples = server.json(&format!("{job}/trajectory?format={format}")).await;
+        for (interpolation, continuity) in [("linear", 0), ("cubic", 1), ("quintic", 2)] {
+            samples["interpolation"] = json!(interpolation);
+            let request = json!({"robot": robot("pair"), "samples": samples});
+            let response = server.post("/v1/verify", &request).await;
+            assert_eq!(response.status(), 200, "{format} {interpolation}");
+            let driven: Value = response.json().await.unwrap();
+            assert_eq!(driven["continuity"], continuity, "{format} {interpolation}");
+            let peak = |certificate: &Value| certificate["joints"][0]["jerk"]["peak"].as_f64();
+            if interpolation == "quintic" {
+                let ratio = peak(&driven).unwrap() / peak(&planned).unwrap();
+                assert!((ratio - 1.0).abs() < 1e-3, "{format}: {ratio}");
+            } else {
+                assert_eq!((&driven["lawful"], peak(&driven)), (&json!(false), None));
+            }
+        }
+    }
+}

@@ -168,36 +168,6 @@ fn verify_names_joint_limit_and_time() {
     assert!(certify(&request).lawful);
 }
 
-/// What a controller makes of samples is what is certified: straight lines
-/// between them have infinite acceleration, quintics reproduce the plan.
-#[test]
-fn samples_are_certified_as_their_consumer_runs_them() {
-    let result = plan(scenario("mcb-ab", json!({})));
-    let mut state = takt::trajectory::KinematicState::new(6);
-    let (mut times, mut x, mut v, mut a) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    for k in 0..=1000 {
-        let t = result.duration * f64::from(k) / 1000.0;
-        result.trajectory.sample(t, &mut state);
-        times.push(t);
-        x.push(state.position.clone());
-        v.push(state.velocity.clone());
-        a.push(state.acceleration.clone());
-    }
-    let limits = json!({ "velocity": [0.9, 0.9, 0.9, 0.9, 0.95, 1.0], "acceleration": 1.0,
-        "jerk": 2.01, "lower": null, "upper": null });
-    let certify = |samples: serde_json::Value| {
-        let request = json!({ "robot": "rokae_xb4", "limits": limits, "samples": samples });
-        verify(&VerifyRequest::parse(request).unwrap(), &catalogue::get).unwrap()
-    };
-    let lines = certify(json!({ "interpolation": "linear", "times": times, "positions": x }));
-    assert!(!lines.lawful && lines.joints[5].acceleration.peak.is_none());
-    assert_eq!(lines.continuity, 0);
-    let quintics = certify(json!({ "interpolation": "quintic", "times": times, "positions": x,
-        "velocities": v, "accelerations": a }));
-    assert!(quintics.lawful, "{:?}", quintics.violations);
-    assert!(quintics.continuity >= 2);
-}
-
 /// The hash speaks of every delivered number.
 #[test]
 fn the_hash_changes_with_any_coefficient() {

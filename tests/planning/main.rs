@@ -21,6 +21,7 @@ mod limits;
 mod objectives;
 mod optimizers;
 mod reproduce;
+mod samples;
 mod snapshots;
 mod state_to_state;
 mod support;
