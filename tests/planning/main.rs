@@ -15,6 +15,7 @@ mod fastest;
 mod first_generations;
 mod golden;
 mod honesty;
+mod independent;
 mod jerk_limited;
 mod kernel;
 mod limits;
