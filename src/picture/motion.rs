@@ -27,7 +27,7 @@ const CLOSEST_LINES: f64 = 3.0;
 /// One trajectory on a time axis.
 #[derive(Clone, Copy, Debug)]
 pub struct Section<'a> {
-    /// The leg's name within a program.
+    /// The leg's name within a program, or the member's within a family.
     pub name: Option<&'a str>,
     /// When it starts, s.
     pub start: f64,
@@ -45,6 +45,11 @@ impl<'a> Section<'a> {
                 .iter()
                 .map(|leg| Self { name: Some(&leg.name), start: leg.start, result: &leg.result })
                 .collect(),
+            // Of all members only the worst case's motion is kept.
+            PlanResult::Family(family) => {
+                let (name, result) = (Some(family.slowest.as_str()), &*family.worst_case);
+                vec![Self { name, start: 0.0, result }]
+            }
             // What it compares are durations, not motions.
             PlanResult::Comparison(_) => Vec::new(),
         }

@@ -70,7 +70,7 @@ pub(in crate::plan) fn prepare(
     };
     let robot = robot(&task.problem, common, faults);
     let base = Base { task, robot: robot?, document: Value::Null };
-    let base = Base { document: base.document(request)?, ..base };
+    let base = Base { document: base.document(request), ..base };
     let members = base.members(variants?, faults)?;
     Some(PreparedFamily { members, sweep: task.sweep.clone() })
 }
@@ -200,7 +200,7 @@ struct Base<'a> {
 
 impl Base<'_> {
     /// The problem as a plan request, with what it takes over from `request`.
-    fn document(&self, request: &PlanRequest) -> Option<Value> {
+    fn document(&self, request: &PlanRequest) -> Value {
         let FamilyProblem { robot, limits, limit_scale, task } = &self.task.problem;
         // Limits belong to a robot: another one has its own.
         let shared = robot.is_none();
@@ -215,7 +215,7 @@ impl Base<'_> {
                 document.insert(name.to_owned(), value);
             }
         }
-        Some(Value::Object(document))
+        Value::Object(document)
     }
 
     /// All members, checked.

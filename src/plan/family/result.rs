@@ -1,5 +1,7 @@
 //! What a user gets when a problem is planned in many variants.
 
+use std::fmt;
+
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use utoipa::ToSchema;
@@ -127,8 +129,19 @@ impl MostBinding {
     }
 }
 
+impl fmt::Display for MostBinding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { joint, limit, segments, seconds_per_percent } = self;
+        match seconds_per_percent {
+            Some(seconds) => write!(f, "{limit} of {joint}, {:.2} ms per percent", 1e3 * seconds),
+            None if *segments == 1 => write!(f, "{limit} of {joint}, in 1 segment"),
+            None => write!(f, "{limit} of {joint}, in {segments} segments"),
+        }
+    }
+}
+
 impl FamilyResult {
-    /// The row of the worst case.
+    /// True if `member` is the worst case.
     pub fn is_slowest(&self, member: &MemberResult) -> bool {
         member.name == self.slowest
     }
