@@ -32,6 +32,10 @@ pub(super) struct PlanOptions {
     /// Also write a page that shows a family, comparison or benchmark, as HTML
     #[arg(long, value_name = "FILE")]
     page: Option<PathBuf>,
+    /// Also write which limit holds the motion back and when, as SVG; of a family
+    /// that of its slowest member
+    #[arg(long, value_name = "FILE")]
+    timeline: Option<PathBuf>,
     /// Seed of the random streams, instead of the request's
     #[arg(long)]
     seed: Option<u64>,
@@ -51,12 +55,20 @@ pub(super) async fn plan(options: PlanOptions) -> Result<(), Failure> {
         let why = format!("--page shows a family, comparison or benchmark, not a {title} task");
         return Err(Failure::input(why));
     }
+    if options.timeline.is_some() && matches!(title.as_str(), "comparison" | "benchmark") {
+        let why = format!("--timeline shows a motion, and a {title} task has none");
+        return Err(Failure::input(why));
+    }
     let (result, partial) = run(prepared, title).await?;
     if let Some(result) = &result {
         output::deliver(&output::pretty(result)?, options.out.as_deref())?;
     }
     if let (Some(page), Some(path)) = (result.as_ref().and_then(picture::page::of), &options.page) {
         output::write(path, page.as_bytes())?;
+    }
+    if let (Some(result), Some(path)) = (&result, &options.timeline) {
+        let sections = picture::Section::all(result);
+        output::write(path, picture::timeline(&sections).as_bytes())?;
     }
     match partial {
         None => Ok(()),

@@ -111,6 +111,7 @@ fn described_routes() -> OpenApiRouter<Edge> {
         .routes(routes!(results::trajectory))
         .routes(routes!(results::convergence))
         .routes(routes!(results::plot))
+        .routes(routes!(results::timeline))
         .routes(routes!(page::page))
         .routes(routes!(results::pareto))
         .routes(routes!(registry::verify))

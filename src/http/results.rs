@@ -14,7 +14,9 @@ use crate::job::JobId;
 use crate::picture::{self, Curve, Section};
 use crate::plan::{ComparisonResult, PlanMetrics, PlanResult, TrajectoryResult};
 use crate::service::{ServiceError, blocking};
-use crate::trajectory::{Certificate, JointTrajectory, Quantity, Samples, Timeline, Trajectory};
+use crate::trajectory::{
+    BindingTimeline, Certificate, JointTrajectory, Quantity, Samples, Timeline, Trajectory,
+};
 
 /// The trajectories asked for.
 struct Parts<'a> {
@@ -467,6 +469,53 @@ pub(super) async fn plot(
     from_result(&edge, id, move |result| {
         let parts = Parts::of(result, leg.as_deref())?;
         Ok(svg(picture::plot(&parts.sections, &quantities)))
+    })
+    .await
+}
+
+/// How a binding timeline is written.
+#[derive(Clone, Copy, ToSchema)]
+#[schema(rename_all = "snake_case")]
+enum TimelineFormat {
+    Json,
+    Svg,
+}
+
+/// Get which limit holds the motion back, and when
+///
+/// For each joint and each known limit the intervals in which velocity,
+/// acceleration or jerk is within 0.1 % of it, exactly.
+#[utoipa::path(
+    get, path = "/v1/jobs/{id}/timeline", tag = "results",
+    params(
+        ("id" = String, Path, format = "uuid", description = "The job's id"),
+        ("format" = inline(Option<TimelineFormat>), Query, description = "`json` (default) or `svg`"),
+        ("leg" = Option<String>, Query, description = "One leg of a program; default all. Of a family the worst case is shown"),
+    ),
+    responses(
+        (status = 200, description = "The timeline, per leg of a program", content(
+            (Views<BindingTimeline> = "application/json"), (String = "image/svg+xml"),
+        )),
+        Problems,
+    ),
+)]
+pub(super) async fn timeline(
+    State(edge): State<Edge>,
+    JobPath(id): JobPath,
+    mut query: Parameters,
+) -> Result<Response, Problem> {
+    let formats = [("json", TimelineFormat::Json), ("svg", TimelineFormat::Svg)];
+    let format = query.choice("format", &formats).unwrap_or(TimelineFormat::Json);
+    let leg = query.text("leg");
+    let (format, leg) = query.finish((format, leg))?;
+    from_result(&edge, id, move |result| {
+        let parts = Parts::of(result, leg.as_deref())?;
+        match format {
+            TimelineFormat::Json => {
+                parts.json(|part| BindingTimeline::new(&part.trajectory, &part.certificate.joints))
+            }
+            TimelineFormat::Svg => Ok(svg(picture::timeline(&parts.sections))),
+        }
     })
     .await
 }

@@ -61,7 +61,8 @@ impl<'a> Section<'a> {
         Some(Self { start: 0.0, ..leg })
     }
 
-    fn end(&self) -> f64 {
+    /// When it ends, s.
+    pub(super) fn end(&self) -> f64 {
         self.start + self.result.trajectory.duration()
     }
 }
@@ -89,7 +90,8 @@ pub fn plot(sections: &[Section<'_>], quantities: &[Quantity]) -> String {
             let top = top + index as f64 * (PANEL_HEIGHT + PANEL_GAP);
             let frame = Frame { left: LEFT, right: RIGHT, top, bottom: top + PANEL_HEIGHT };
             let chart = panel.draw(canvas, frame, sections);
-            if index == 0 {
+            // A single one is named in the title.
+            if index == 0 && sections.len() > 1 {
                 name_sections(&chart, sections);
             }
             if index + 1 == panels.len() {

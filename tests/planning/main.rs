@@ -11,6 +11,7 @@ mod comparison;
 mod dual_search;
 mod extremes;
 mod families;
+mod family;
 mod fastest;
 mod first_generations;
 mod golden;

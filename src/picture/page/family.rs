@@ -98,8 +98,12 @@ fn figures(member: &MemberResult) -> [Cell; 6] {
 
 fn worst_case(result: &FamilyResult) -> Html {
     let section = Section { name: Some(&result.slowest), start: 0.0, result: &result.worst_case };
-    let motion = picture::plot(&[section], &Quantity::ALL);
-    figure(&motion, "The slowest member's motion: all joints over time with their limits.")
+    let held = "Which limit of which joint holds the slowest member back, and when.";
+    let motion = "The slowest member's motion: all joints over time with their limits.";
+    Html::join([
+        figure(&picture::timeline(&[section]), held),
+        figure(&picture::plot(&[section], &Quantity::ALL), motion),
+    ])
 }
 
 fn method(result: &FamilyResult) -> String {

@@ -133,7 +133,7 @@ impl fmt::Display for MostBinding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { joint, limit, segments, seconds_per_percent } = self;
         match seconds_per_percent {
-            Some(seconds) => write!(f, "{limit} of {joint}, {:.2} ms per percent", 1e3 * seconds),
+            Some(seconds) => write!(f, "{limit} of {joint}, {:.2} ms per %", 1e3 * seconds),
             None if *segments == 1 => write!(f, "{limit} of {joint}, in 1 segment"),
             None => write!(f, "{limit} of {joint}, in {segments} segments"),
         }
