@@ -111,7 +111,8 @@ fn members_are_planned_as_if_they_came_alone() {
     assert_eq!(by_name(&result.fastest).duration, Some(least));
     let below = durations.iter().filter(|it| **it < result.median_duration).count();
     assert_eq!(below, durations.len() / 2);
-    assert_eq!(result.evaluations, result.members.iter().map(|row| row.evaluations).sum());
+    let evaluations: u64 = result.members.iter().map(|row| row.evaluations).sum();
+    assert_eq!(result.evaluations, evaluations);
 }
 
 #[test]

@@ -26,4 +26,5 @@ mod samples;
 mod snapshots;
 mod state_to_state;
 mod support;
+mod timeline;
 mod watched;
