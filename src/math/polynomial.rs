@@ -275,7 +275,7 @@ mod tests {
     #[test]
     fn finds_the_roots_within_the_interval() {
         // (t - 0.5) (t - 1) (t - 2.5) (t + 1)
-        let quartic = [-1.25, 3.0, 1.25, -3.0, 1.0];
+        let quartic = [-1.25, 3.0, 0.25, -3.0, 1.0];
         for (length, expected) in [(2.0, &[0.5, 1.0][..]), (3.0, &[0.5, 1.0, 2.5]), (0.25, &[])] {
             let found = roots(&quartic, length);
             assert_eq!(found.len(), expected.len(), "{found:?}");

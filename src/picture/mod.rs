@@ -28,4 +28,6 @@ pub use pareto::pareto;
 pub use timeline::timeline;
 
 #[cfg(test)]
+mod family_tests;
+#[cfg(test)]
 mod tests;

@@ -86,7 +86,8 @@ fn subtitle(timelines: &[BindingTimeline]) -> String {
 }
 
 fn percent(share: f64) -> String {
-    format!("{:.1}", 100.0 * share)
+    // A motion without any duration has no shares.
+    format!("{:.1}", if share.is_finite() { 100.0 * share } else { 0.0 })
 }
 
 fn colour(lane: usize) -> RGBColor {

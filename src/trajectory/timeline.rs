@@ -66,7 +66,8 @@ impl BindingTimeline {
     pub fn new(trajectory: &Trajectory, joints: &[JointCertificate]) -> Self {
         let duration = trajectory.duration();
         let share = |intervals: &[Interval]| {
-            intervals.iter().map(|it| it.end - it.start).sum::<f64>() / duration
+            intervals.iter().map(|it| it.end - it.start).sum::<f64>()
+                / duration.max(f64::MIN_POSITIVE)
         };
         let joints: Vec<JointTimeline> = joints
             .iter()

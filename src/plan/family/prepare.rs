@@ -283,12 +283,11 @@ impl Base<'_> {
             faults.add("/robot", "all members of a family have the problem's robot");
             return Err(faults);
         }
-        let request = PlanRequest::parse(document)?;
-        if !matches!(request.task, Task::Waypoints(_)) {
-            let detail = format!("a member is a `waypoints` task, not a {}", request.task.name());
-            faults.add("/task/type", detail);
+        if document.pointer("/task/type") != self.document.pointer("/task/type") {
+            faults.add("/task/type", "all members of a family are `waypoints` tasks");
             return Err(faults);
         }
+        let request = PlanRequest::parse(document)?;
         let plan = validate(&request, &|_| Some(Arc::clone(&self.robot)))?;
         Ok(PreparedPlan { side_by_side: true, ..plan })
     }
