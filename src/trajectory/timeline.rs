@@ -66,8 +66,9 @@ impl BindingTimeline {
     pub fn new(trajectory: &Trajectory, joints: &[JointCertificate]) -> Self {
         let duration = trajectory.duration();
         let share = |intervals: &[Interval]| {
-            intervals.iter().map(|it| it.end - it.start).sum::<f64>()
-                / duration.max(f64::MIN_POSITIVE)
+            // The sum of no numbers would be a negative zero.
+            let length = intervals.iter().fold(0.0, |sum, it| sum + (it.end - it.start));
+            length / duration.max(f64::MIN_POSITIVE)
         };
         let joints: Vec<JointTimeline> = joints
             .iter()

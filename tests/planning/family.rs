@@ -274,7 +274,7 @@ fn faults_of_a_sweep_name_values() {
     // A combination can be wrong where each value alone is right.
     let request = swept(json!([
         { "path": "/task/interpolation", "values": ["quintic", "3-5-3"] },
-        { "path": "/task/waypoints", "values": [waypoints(1.0), [[0, 0], [1, 1], [2, 2], [3, 3]]] } ]));
+        { "path": "/task/waypoints", "values": [waypoints(1.234567), [[0, 0], [1, 1], [2, 2], [3, 3]]] } ]));
     let found = faults(request).0;
     assert!(found.iter().all(|fault| fault.pointer == "/task/sweep/0/values/1"), "{found:?}");
     assert!(found.iter().any(|fault| fault.detail.contains("waypoints=#1")), "{found:?}");

@@ -222,7 +222,8 @@ impl Base<'_> {
     fn members(&self, variants: Vec<Variant>, faults: &mut Faults) -> Option<Vec<PreparedMember>> {
         let (mut members, mut waypoints) = (Vec::with_capacity(variants.len()), 0);
         // Each fault once: that of a value in many combinations, and those of the problem itself.
-        let (mut told, mut own) = (HashSet::new(), None);
+        let told = faults.0.iter().map(|fault| (fault.pointer.clone(), fault.detail.clone()));
+        let (mut told, mut own): (HashSet<_>, _) = (told.collect(), None);
         for variant in &variants {
             match self.member(variant) {
                 Ok(plan) => {
