@@ -170,6 +170,8 @@ fn label(
     if share > 0.0 {
         let look = TextLook { size: 10.0, ..TextLook::SMALL };
         let at = (chart.frame.right + 5.0, middle);
-        chart.canvas.text(&format!("{} %", percent(share)), at, Align::Left, look);
+        let text =
+            if share < 1e-3 { "< 0.1 %".to_owned() } else { format!("{} %", percent(share)) };
+        chart.canvas.text(&text, at, Align::Left, look);
     }
 }

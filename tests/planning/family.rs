@@ -302,6 +302,10 @@ fn what_makes_no_family_is_refused() {
             vec!["/task/sweep"],
         ),
         (json!([]), vec!["/task"]),
+        (
+            json!((0..9).map(|at| axis(&format!("/a{at}"), json!([1]))).collect::<Vec<_>>()),
+            vec!["/task/sweep"],
+        ),
     ] {
         assert_eq!(pointers(swept(sweep.clone())), expected, "{sweep}");
     }

@@ -16,6 +16,9 @@ use crate::robot::Robot;
 /// Most waypoints of all members together: more would only fill the memory.
 const MAX_ALL_WAYPOINTS: usize = 200_000;
 
+/// Most axes of a sweep: more have no names to be told apart by.
+const MAX_AXES: usize = 8;
+
 /// Longest value that a member's name spells out, characters.
 const LONGEST_LABEL: usize = 24;
 
@@ -68,10 +71,9 @@ pub(in crate::plan) fn prepare(
         (_, []) => listed(task, faults),
         ([], _) => swept(&task.sweep, faults),
     };
-    let robot = robot(&task.problem, common, faults);
-    let base = Base { task, robot: robot?, document: Value::Null };
-    let base = Base { document: base.document(request), ..base };
-    let members = base.members(variants?, faults)?;
+    let robot = robot(&task.problem, common, faults)?;
+    let document = document(&task.problem, &robot, request);
+    let members = Base { task, robot, document }.members(variants?, faults)?;
     Some(PreparedFamily { members, sweep: task.sweep.clone() })
 }
 
@@ -107,6 +109,10 @@ fn listed(task: &FamilyTask, faults: &mut Faults) -> Option<Vec<Variant>> {
 /// The combinations of all values, the last axis changing fastest.
 fn swept(sweep: &[SweepAxis], faults: &mut Faults) -> Option<Vec<Variant>> {
     let before = faults.0.len();
+    if sweep.len() > MAX_AXES {
+        faults.add("/task/sweep", format!("{} axes; 1 to {MAX_AXES} are taken", sweep.len()));
+        return None;
+    }
     for (index, axis) in sweep.iter().enumerate() {
         check_axis(axis, index, &sweep[..index], faults);
     }
@@ -190,6 +196,54 @@ fn label(axis: &SweepAxis, at: usize) -> String {
     if text.chars().count() > LONGEST_LABEL { format!("#{}", at + 1) } else { text }
 }
 
+/// The problem as a plan request, with what it takes over from `request`.
+fn document(problem: &FamilyProblem, robot: &Robot, request: &PlanRequest) -> Value {
+    let FamilyProblem { robot: own, limits, limit_scale, task } = problem;
+    // Limits belong to a robot: another one has its own.
+    let shared = own.is_none();
+    let limits = limits.as_ref().or(request.limits.as_ref().filter(|_| shared));
+    let scale = limit_scale.as_ref().or(request.limit_scale.as_ref().filter(|_| shared));
+    let mut document = Map::new();
+    document.insert("robot".to_owned(), json!(robot.name()));
+    document.insert("task".to_owned(), json!(Task::Waypoints(task.clone())));
+    document.insert("seed".to_owned(), json!(request.seed));
+    for (name, value) in [("limits", json!(limits)), ("limit_scale", json!(scale))] {
+        if !value.is_null() {
+            document.insert(name.to_owned(), value);
+        }
+    }
+    Value::Object(document)
+}
+
+/// The faults told so far. Each is told once: that of a value in many
+/// combinations, and those that the problem has without any change.
+struct Told {
+    told: HashSet<(String, String)>,
+    /// The problem's own, once they are needed.
+    own: Option<Vec<Fault>>,
+}
+
+impl Told {
+    fn new(faults: &Faults) -> Self {
+        let told = faults.0.iter().map(|fault| (fault.pointer.clone(), fault.detail.clone()));
+        Self { told: told.collect(), own: None }
+    }
+
+    fn tell(&mut self, base: &Base<'_>, variant: &Variant, found: Faults, faults: &mut Faults) {
+        let own = || base.check(base.document.clone()).err().unwrap_or_default().0;
+        let own = self.own.get_or_insert_with(own);
+        for fault in found.0 {
+            let (pointer, detail) = match own.contains(&fault) {
+                true => (base.below_problem(&fault.pointer), fault.detail.clone()),
+                false => base.locate(variant, &fault),
+            };
+            if self.told.insert((pointer.clone(), fault.detail)) {
+                faults.add(pointer, detail);
+            }
+        }
+    }
+}
+
 /// What all members start from.
 struct Base<'a> {
     task: &'a FamilyTask,
@@ -199,64 +253,32 @@ struct Base<'a> {
 }
 
 impl Base<'_> {
-    /// The problem as a plan request, with what it takes over from `request`.
-    fn document(&self, request: &PlanRequest) -> Value {
-        let FamilyProblem { robot, limits, limit_scale, task } = &self.task.problem;
-        // Limits belong to a robot: another one has its own.
-        let shared = robot.is_none();
-        let limits = limits.as_ref().or(request.limits.as_ref().filter(|_| shared));
-        let scale = limit_scale.as_ref().or(request.limit_scale.as_ref().filter(|_| shared));
-        let mut document = Map::new();
-        document.insert("robot".to_owned(), json!(self.robot.name()));
-        document.insert("task".to_owned(), json!(Task::Waypoints(task.clone())));
-        document.insert("seed".to_owned(), json!(request.seed));
-        for (name, value) in [("limits", json!(limits)), ("limit_scale", json!(scale))] {
-            if !value.is_null() {
-                document.insert(name.to_owned(), value);
-            }
-        }
-        Value::Object(document)
-    }
-
     /// All members, checked.
     fn members(&self, variants: Vec<Variant>, faults: &mut Faults) -> Option<Vec<PreparedMember>> {
+        let mut told = Told::new(faults);
         let (mut members, mut waypoints) = (Vec::with_capacity(variants.len()), 0);
-        // Each fault once: that of a value in many combinations, and those of the problem itself.
-        let told = faults.0.iter().map(|fault| (fault.pointer.clone(), fault.detail.clone()));
-        let (mut told, mut own): (HashSet<_>, _) = (told.collect(), None);
-        for variant in &variants {
-            match self.member(variant) {
+        let count = variants.len();
+        for variant in variants {
+            match self.member(&variant) {
                 Ok(plan) => {
                     waypoints += plan.tasks().map(|task| task.waypoints.len()).sum::<usize>();
-                    let (name, values) = (variant.name.clone(), variant.values.clone());
+                    let Variant { name, values, .. } = variant;
                     members.push(PreparedMember { name, values, plan });
                 }
-                Err(found) => {
-                    let own: &Vec<Fault> = own.get_or_insert_with(|| {
-                        self.check(self.document.clone()).err().unwrap_or_default().0
-                    });
-                    for fault in found.0 {
-                        let (pointer, detail) = match own.contains(&fault) {
-                            true => (self.below_problem(&fault.pointer), fault.detail.clone()),
-                            false => self.locate(variant, &fault),
-                        };
-                        if told.insert((pointer.clone(), fault.detail)) {
-                            faults.add(pointer, detail);
-                        }
-                    }
-                }
+                Err(found) => told.tell(self, &variant, found, faults),
             }
             if waypoints > MAX_ALL_WAYPOINTS {
                 let detail =
-                    format!("more than {MAX_ALL_WAYPOINTS} waypoints in all members together");
+                    format!("all members together have more than {MAX_ALL_WAYPOINTS} waypoints");
                 faults.add("/task", detail);
+                return None;
             }
             // More faults than are shown help nobody, and cost time.
-            if faults.0.len() > Faults::SHOWN || waypoints > MAX_ALL_WAYPOINTS {
+            if faults.0.len() > Faults::SHOWN {
                 return None;
             }
         }
-        (members.len() == variants.len()).then_some(members)
+        (members.len() == count).then_some(members)
     }
 
     /// Applies a variant's changes and checks what comes out.

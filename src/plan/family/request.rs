@@ -11,17 +11,19 @@ use crate::plan::request::{LegTask, LimitOverrides, LimitScale, RobotRef, Task, 
 pub const MAX_MEMBERS: usize = 1000;
 
 /// Plan one problem in many variants: members that are named one by one, or a
-/// sweep over values; 1 to 1000 of them.
+/// sweep over values; 1 to 1000 of them, with at most 200,000 waypoints in all.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct FamilyTask {
     /// What all members start from; it is not planned itself.
     pub problem: FamilyProblem,
     /// The members; instead of `sweep`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[schema(max_items = 1000)]
     pub members: Vec<FamilyMember>,
     /// Every combination of these values is a member, the last axis changing
-    /// fastest; instead of `members`.
+    /// fastest; 1 to 8 axes, instead of `members`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[schema(max_items = 8)]
     pub sweep: Vec<SweepAxis>,
 }
 
