@@ -145,7 +145,7 @@ fn a_sweep_is_a_product_whose_last_axis_changes_fastest() {
     let names: Vec<&str> = result.members.iter().map(|row| row.name.as_str()).collect();
     // Both paths end alike, so names tell the whole paths.
     let name = |scale: &str, limit: &str| {
-        format!("limit_scale/velocity={scale}, limits/velocity={limit}, 0=4")
+        format!("limit_scale/velocity={scale}, limits/velocity={limit}, task/waypoints/2/0=4")
     };
     let expected: Vec<String> = ["0.5", "1"]
         .iter()

@@ -126,23 +126,24 @@ fn swept(sweep: &[SweepAxis], faults: &mut Faults) -> Option<Vec<Variant>> {
         return None;
     }
     let titles = titles(sweep);
-    let mut variants = Vec::new();
-    for number in 0..count? {
-        let mut rest = number;
-        let mut chosen = vec![0; sweep.len()];
-        for (at, axis) in chosen.iter_mut().zip(sweep).rev() {
-            (*at, rest) = (rest % axis.values.len(), rest / axis.values.len());
-        }
-        let axes = || chosen.iter().zip(sweep);
-        let names = axes().zip(&titles);
-        let names = names.map(|((&at, axis), title)| format!("{title}={}", label(axis, at)));
-        variants.push(Variant {
-            name: names.collect::<Vec<_>>().join(", "),
-            values: axes().map(|(&at, axis)| axis.values[at].clone()).collect(),
-            origin: Origin::Swept(chosen),
-        });
+    Some((0..count?).map(|number| combination(number, sweep, &titles)).collect())
+}
+
+/// Combination `number` of all values.
+fn combination(number: usize, sweep: &[SweepAxis], titles: &[&str]) -> Variant {
+    let mut rest = number;
+    let mut chosen = vec![0; sweep.len()];
+    for (at, axis) in chosen.iter_mut().zip(sweep).rev() {
+        (*at, rest) = (rest % axis.values.len(), rest / axis.values.len());
     }
-    Some(variants)
+    let axes = || chosen.iter().zip(sweep);
+    let names = axes().zip(titles);
+    let names = names.map(|((&at, axis), title)| format!("{title}={}", label(axis, at)));
+    Variant {
+        name: names.collect::<Vec<_>>().join(", "),
+        values: axes().map(|(&at, axis)| axis.values[at].clone()).collect(),
+        origin: Origin::Swept(chosen),
+    }
 }
 
 fn check_axis(axis: &SweepAxis, index: usize, before: &[SweepAxis], faults: &mut Faults) {
@@ -178,12 +179,14 @@ fn overlap(one: &str, other: &str) -> bool {
     below(one, other) || below(other, one)
 }
 
-/// What names call each axis: the end of its path, all of it if ends are equal.
+/// What names call each axis: the end of its path, all of it if ends are equal
+/// or numbers of elements.
 fn titles(sweep: &[SweepAxis]) -> Vec<&str> {
     let end = |axis: &SweepAxis| axis.path.rfind('/').map_or(0, |slash| slash + 1);
     let ends: Vec<&str> = sweep.iter().map(|axis| &axis.path[end(axis)..]).collect();
     let unique = |at: usize| ends.iter().filter(|end| **end == ends[at]).count() == 1;
-    let title = |at: usize| if unique(at) { ends[at] } else { &sweep[at].path[1..] };
+    let telling = |at: usize| unique(at) && ends[at].parse::<usize>().is_err();
+    let title = |at: usize| if telling(at) { ends[at] } else { &sweep[at].path[1..] };
     (0..sweep.len()).map(title).collect()
 }
 
