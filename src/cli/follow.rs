@@ -62,6 +62,8 @@ fn standing(progress: &proto::Progress) -> Standing<'_> {
         evaluations: progress.evaluations,
         best: progress.best,
         lower_bound: progress.lower_bound,
+        members: progress.members.as_ref().map(|it| [it.done as usize, it.of as usize]),
+        slowest: progress.members.as_ref().and_then(|it| it.slowest),
     }
 }
 

@@ -9,6 +9,7 @@ mod client;
 mod comparison;
 mod demo;
 mod failure;
+mod family;
 mod follow;
 mod input;
 mod jobs;

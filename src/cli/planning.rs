@@ -16,7 +16,7 @@ use crate::trajectory::Certificate;
 
 use super::failure::Failure;
 use super::progress::{Display, Standing};
-use super::{comparison, input, output};
+use super::{comparison, family, input, output};
 
 /// Options of `takt plan`.
 #[derive(Debug, Args)]
@@ -29,9 +29,13 @@ pub(super) struct PlanOptions {
     /// Write the result here instead of to standard output
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Also write a page that shows a comparison or benchmark, as HTML
+    /// Also write a page that shows a family, comparison or benchmark, as HTML
     #[arg(long, value_name = "FILE")]
     page: Option<PathBuf>,
+    /// Also write which limit holds the motion back and when, as SVG; of a family
+    /// that of its slowest member
+    #[arg(long, value_name = "FILE")]
+    timeline: Option<PathBuf>,
     /// Seed of the random streams, instead of the request's
     #[arg(long)]
     seed: Option<u64>,
@@ -47,16 +51,24 @@ pub(super) async fn plan(options: PlanOptions) -> Result<(), Failure> {
     job.plan.seed = options.seed.unwrap_or(job.plan.seed);
     let prepared = plan::validate(&job.plan, &catalogue::get).map_err(invalid)?;
     let title = job.plan.task.name().to_owned();
-    if options.page.is_some() && !matches!(title.as_str(), "comparison" | "benchmark") {
-        let why = format!("--page shows a comparison or benchmark, not a {title} task");
+    if options.page.is_some() && !matches!(title.as_str(), "family" | "comparison" | "benchmark") {
+        let why = format!("--page shows a family, comparison or benchmark, not a {title} task");
+        return Err(Failure::input(why));
+    }
+    if options.timeline.is_some() && matches!(title.as_str(), "comparison" | "benchmark") {
+        let why = format!("--timeline shows a motion, and a {title} task has none");
         return Err(Failure::input(why));
     }
     let (result, partial) = run(prepared, title).await?;
     if let Some(result) = &result {
         output::deliver(&output::pretty(result)?, options.out.as_deref())?;
     }
-    if let (Some(PlanResult::Comparison(comparison)), Some(path)) = (&result, &options.page) {
-        output::write(path, picture::page::comparison(comparison).as_bytes())?;
+    if let (Some(page), Some(path)) = (result.as_ref().and_then(picture::page::of), &options.page) {
+        output::write(path, page.as_bytes())?;
+    }
+    if let (Some(result), Some(path)) = (&result, &options.timeline) {
+        let sections = picture::Section::all(result);
+        output::write(path, picture::timeline(&sections).as_bytes())?;
     }
     match partial {
         None => Ok(()),
@@ -111,6 +123,8 @@ fn standing(progress: &Progress) -> Standing<'_> {
         evaluations: progress.evaluations,
         best: progress.best,
         lower_bound: progress.lower_bound,
+        members: progress.members.as_ref().map(|it| [it.done, it.of]),
+        slowest: progress.members.as_ref().and_then(|it| it.slowest),
     }
 }
 
@@ -131,6 +145,7 @@ fn summary(result: &PlanResult) -> String {
             });
             format!("{}together {:.4} s\n", legs.collect::<String>(), program.duration)
         }
+        PlanResult::Family(family) => family::summary(family),
         PlanResult::Comparison(comparison) => comparison::summary(comparison),
     }
 }
@@ -206,6 +221,7 @@ fn verify_requests(document: Value) -> Vec<Value> {
         Ok(PlanResult::Program(program)) => {
             program.legs.iter().map(|leg| verify_request(&leg.result)).collect()
         }
+        Ok(PlanResult::Family(family)) => vec![verify_request(&family.worst_case)],
         Ok(PlanResult::Comparison(_)) | Err(_) => vec![document],
     }
 }

@@ -16,10 +16,23 @@ pub(super) struct Standing<'a> {
     pub(super) evaluations: u64,
     pub(super) best: Option<f64>,
     pub(super) lower_bound: Option<f64>,
+    /// Members of a family that are done, and all.
+    pub(super) members: Option<[usize; 2]>,
+    /// Duration of the slowest member so far, s.
+    pub(super) slowest: Option<f64>,
 }
 
 impl Standing<'_> {
     fn text(&self) -> String {
+        if let Some([done, of]) = self.members {
+            let span = self.best.zip(self.slowest);
+            let span = span.map(|(least, most)| format!(", {least:.4} to {most:.4} s"));
+            return format!(
+                "{done} of {of} members{}, {} evaluations",
+                span.unwrap_or_default(),
+                self.evaluations
+            );
+        }
         let leg = match (self.leg, self.method) {
             (Some(leg), Some(method)) => format!("{leg}, {method}: "),
             (Some(name), None) | (None, Some(name)) => format!("{name}: "),
@@ -73,7 +86,8 @@ impl Display {
             bar.set_message(standing.text());
             return;
         }
-        let new_leg = standing.leg != self.leg.as_deref();
+        // Members come and go side by side; a line for each would be too much.
+        let new_leg = standing.members.is_none() && standing.leg != self.leg.as_deref();
         if new_leg || self.shown.is_none_or(|shown| shown.elapsed() >= Self::INTERVAL) {
             output::remark(&format!("{}  {}", self.title, standing.text()));
             self.leg = standing.leg.map(str::to_owned);
@@ -119,6 +133,7 @@ mod tests {
             evaluations: 650,
             best: Some(7.02554),
             lower_bound: Some(5.0),
+            ..Standing::default()
         };
         assert_eq!(
             standing.text(),

@@ -40,6 +40,13 @@ pub fn split(result: PlanResult) -> Vec<ResultChunk> {
                 parts.for_each(|part| send(Part::Trajectory(part)));
             }
         }
+        Some(Kind::Family(mut family)) => {
+            let members = mem::take(&mut family.members);
+            let worst_case = family.worst_case.take().unwrap_or_default();
+            send(Part::Family(family));
+            members.into_iter().for_each(|member| send(Part::Member(member)));
+            split_trajectory(worst_case).into_iter().for_each(|part| send(Part::Trajectory(part)));
+        }
         // A problem is bounded: methods and points of their curves are.
         Some(Kind::Comparison(mut comparison)) => {
             let problems = mem::take(&mut comparison.problems);
@@ -73,6 +80,11 @@ fn append(joined: &mut Option<Kind>, chunk: ResultChunk) -> Result<(), String> {
         (Part::Program(program), joined @ None) => *joined = Some(Kind::Program(program)),
         (Part::Trajectory(result), joined @ None) => *joined = Some(Kind::Trajectory(result)),
         (Part::Comparison(result), joined @ None) => *joined = Some(Kind::Comparison(result)),
+        (Part::Family(result), joined @ None) => *joined = Some(Kind::Family(result)),
+        (Part::Member(member), Some(Kind::Family(family))) => family.members.push(member),
+        (Part::Trajectory(more), Some(Kind::Family(family))) => {
+            merge(family.worst_case.get_or_insert_default(), &more)?;
+        }
         (Part::Problem(problem), Some(Kind::Comparison(result))) => result.problems.push(problem),
         (Part::Leg(leg), Some(Kind::Program(program))) => program.legs.push(leg),
         (Part::Trajectory(more), Some(Kind::Trajectory(result))) => merge(result, &more)?,
@@ -81,10 +93,11 @@ fn append(joined: &mut Option<Kind>, chunk: ResultChunk) -> Result<(), String> {
             merge(leg.result.get_or_insert_default(), &more)?;
         }
         (Part::Trajectory(_), Some(Kind::Comparison(_)))
-        | (Part::Program(_) | Part::Comparison(_), Some(_)) => {
+        | (Part::Program(_) | Part::Family(_) | Part::Comparison(_), Some(_)) => {
             return Err("a second result".to_owned());
         }
         (Part::Problem(_), _) => return Err("a problem without its comparison".to_owned()),
+        (Part::Member(_), _) => return Err("a member without its family".to_owned()),
         (Part::Leg(_), _) => return Err("a leg without its program".to_owned()),
     }
     Ok(())

@@ -1,17 +1,13 @@
 //! What a comparison or benchmark produced, in other forms.
 
-use axum::extract::State;
-use axum::response::{IntoResponse, Response};
-use http::header;
+use axum::response::Response;
 use serde::Serialize;
 use utoipa::ToSchema;
 
-use super::Edge;
-use super::input::{JobPath, Parameters};
-use super::problem::{Problem, ProblemFault, Problems};
-use super::results::{from_result, json};
+use super::problem::{Problem, ProblemFault};
+use super::results::json;
 use crate::picture;
-use crate::plan::{ComparisonResult, CurvePoint, MethodResult, PlanResult, ProblemResult};
+use crate::plan::{ComparisonResult, CurvePoint, MethodResult, ProblemResult};
 
 /// How the methods of every problem converged.
 #[derive(Serialize, ToSchema)]
@@ -125,37 +121,4 @@ pub(super) fn convergence_svg(
             Err(Problem::parameters(vec![ProblemFault::parameter("leg", detail)]))
         }
     }
-}
-
-/// Show a comparison or benchmark as a page
-///
-/// One HTML page with everything inside, for screen and paper: which method to
-/// use, a table of methods by problems, curves with quartile bands.
-#[utoipa::path(
-    get, path = "/v1/jobs/{id}/page", tag = "results",
-    params(("id" = String, Path, format = "uuid", description = "The job's id")),
-    responses((status = 200, description = "The page", body = String, content_type = "text/html"), Problems),
-)]
-pub(super) async fn page(
-    State(edge): State<Edge>,
-    JobPath(id): JobPath,
-    query: Parameters,
-) -> Result<Response, Problem> {
-    query.finish(())?;
-    from_result(&edge, id, move |result| match result {
-        PlanResult::Comparison(comparison) => {
-            let page = picture::page::comparison(comparison);
-            // Nothing on the page needs a script or anything from elsewhere.
-            let policy = "default-src 'none'; style-src 'unsafe-inline'";
-            let headers = [
-                (header::CONTENT_TYPE, "text/html; charset=utf-8"),
-                (header::CONTENT_SECURITY_POLICY, policy),
-            ];
-            Ok((headers, page).into_response())
-        }
-        PlanResult::Trajectory(_) | PlanResult::Program(_) => Err(Problem::not_found(
-            "only a comparison or benchmark has a page; see /plot.svg for a motion",
-        )),
-    })
-    .await
 }

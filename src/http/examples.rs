@@ -53,6 +53,26 @@ pub(super) fn program_job() -> Value {
     })
 }
 
+/// One motion within scaled limits: what if?
+pub(super) fn family_job() -> Value {
+    json!({
+        "robot": "woodworking_pprr",
+        "task": {
+            "type": "family",
+            "problem": {
+                "task": {
+                    "type": "waypoints",
+                    "waypoints": [[0.8, 1.2, 3.1, 0.0], [0.6, 0.9, 1.9, 1.0], [0.5, 1.0, 2.4, 0.8]],
+                },
+            },
+            "sweep": [
+                { "path": "/limit_scale/acceleration", "values": [0.25, 0.5, 0.75, 1.0] },
+                { "path": "/limit_scale/velocity", "values": [0.5, 1.0] },
+            ],
+        },
+    })
+}
+
 /// Three methods compared on one motion.
 pub(super) fn comparison_job() -> Value {
     json!({

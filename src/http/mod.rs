@@ -7,6 +7,7 @@ mod examples;
 mod input;
 mod jobs;
 mod operations;
+mod page;
 mod problem;
 mod registry;
 mod results;
@@ -110,7 +111,8 @@ fn described_routes() -> OpenApiRouter<Edge> {
         .routes(routes!(results::trajectory))
         .routes(routes!(results::convergence))
         .routes(routes!(results::plot))
-        .routes(routes!(comparisons::page))
+        .routes(routes!(results::timeline))
+        .routes(routes!(page::page))
         .routes(routes!(results::pareto))
         .routes(routes!(registry::verify))
         .routes(routes!(robots::list))

@@ -14,7 +14,9 @@ use crate::job::JobId;
 use crate::picture::{self, Curve, Section};
 use crate::plan::{ComparisonResult, PlanMetrics, PlanResult, TrajectoryResult};
 use crate::service::{ServiceError, blocking};
-use crate::trajectory::{Certificate, JointTrajectory, Quantity, Samples, Timeline, Trajectory};
+use crate::trajectory::{
+    BindingTimeline, Certificate, JointTrajectory, Quantity, Samples, Timeline, Trajectory,
+};
 
 /// The trajectories asked for.
 struct Parts<'a> {
@@ -24,7 +26,8 @@ struct Parts<'a> {
 }
 
 impl<'a> Parts<'a> {
-    /// What `leg` names in `result`; everything without a name.
+    /// What `leg` names in `result`; everything without a name. Of a family that is
+    /// the worst case.
     fn of(result: &'a PlanResult, leg: Option<&str>) -> Result<Self, Problem> {
         if matches!(result, PlanResult::Comparison(_)) {
             let detail = "a comparison or benchmark has no trajectory; see /result, /metrics, \
@@ -36,6 +39,13 @@ impl<'a> Parts<'a> {
             return Ok(Self { sections: Section::all(result), legs });
         };
         let section = Section::leg(result, name).ok_or_else(|| {
+            if let PlanResult::Family(family) = result {
+                let slowest = &family.slowest;
+                let detail = format!(
+                    "of a family the slowest member's plan is kept, `{slowest}`, and not `{name}`"
+                );
+                return Problem::not_found(detail);
+            }
             let known = Section::all(result).into_iter().filter_map(|section| section.name);
             let known = match known.collect::<Vec<_>>()[..] {
                 [] => "the job is no program".to_owned(),
@@ -182,7 +192,7 @@ enum Metrics {
     get, path = "/v1/jobs/{id}/metrics", tag = "results",
     params(
         ("id" = String, Path, format = "uuid", description = "The job's id"),
-        ("leg" = Option<String>, Query, description = "One leg of a program; default a list of all"),
+        ("leg" = Option<String>, Query, description = "One leg of a program; default a list of all. Of a family the worst case is shown"),
     ),
     responses((status = 200, description = "The figures", body = Metrics), Problems),
 )]
@@ -204,7 +214,7 @@ pub(super) async fn metrics(
     get, path = "/v1/jobs/{id}/certificate", tag = "results",
     params(
         ("id" = String, Path, format = "uuid", description = "The job's id"),
-        ("leg" = Option<String>, Query, description = "One leg of a program; default a list of all"),
+        ("leg" = Option<String>, Query, description = "One leg of a program; default a list of all. Of a family the worst case is shown"),
     ),
     responses((status = 200, description = "The certificate", body = Views<Certificate>), Problems),
 )]
@@ -248,7 +258,7 @@ enum Format {
             description = "`polynomial` (default), `samples`, `csv` or `joint_trajectory`"),
         ("rate_hz" = Option<f64>, Query, exclusive_minimum = 0, maximum = 10_000,
             description = "Samples per second, above 0 to 10000; default 250; not with `polynomial`"),
-        ("leg" = Option<String>, Query, description = "One leg of a program; default all"),
+        ("leg" = Option<String>, Query, description = "One leg of a program; default all. Of a family the worst case is shown"),
     ),
     responses(
         (status = 200, description = "The trajectory", content(
@@ -358,7 +368,7 @@ enum ConvergenceDocument {
         ("id" = String, Path, format = "uuid", description = "The job's id"),
         ("format" = inline(Option<ConvergenceFormat>), Query,
             description = "`json` (default), `csv` or `svg`"),
-        ("leg" = Option<String>, Query, description = "One leg of a program or problem of a comparison; default all, but a picture shows one problem"),
+        ("leg" = Option<String>, Query, description = "One leg of a program or problem of a comparison; default all, but a picture shows one problem. Of a family the worst case is shown"),
     ),
     responses(
         (status = 200, description = "The curve, per leg of a program", content(
@@ -444,7 +454,7 @@ fn convergence_csv(sections: &[Section<'_>]) -> String {
         ("id" = String, Path, format = "uuid", description = "The job's id"),
         ("quantity" = Option<String>, Query,
             description = "Of `position`, `velocity`, `acceleration` and `jerk`, with commas between; default all"),
-        ("leg" = Option<String>, Query, description = "One leg of a program; default all"),
+        ("leg" = Option<String>, Query, description = "One leg of a program; default all. Of a family the worst case is shown"),
     ),
     responses((status = 200, description = "The picture", body = String, content_type = "image/svg+xml"), Problems),
 )]
@@ -463,6 +473,53 @@ pub(super) async fn plot(
     .await
 }
 
+/// How a binding timeline is written.
+#[derive(Clone, Copy, ToSchema)]
+#[schema(rename_all = "snake_case")]
+enum TimelineFormat {
+    Json,
+    Svg,
+}
+
+/// Get which limit holds the motion back, and when
+///
+/// For each joint and each known limit the intervals in which velocity,
+/// acceleration or jerk is within 0.1 % of it, exactly.
+#[utoipa::path(
+    get, path = "/v1/jobs/{id}/timeline", tag = "results",
+    params(
+        ("id" = String, Path, format = "uuid", description = "The job's id"),
+        ("format" = inline(Option<TimelineFormat>), Query, description = "`json` (default) or `svg`"),
+        ("leg" = Option<String>, Query, description = "One leg of a program; default all. Of a family the worst case is shown"),
+    ),
+    responses(
+        (status = 200, description = "The timeline, per leg of a program", content(
+            (Views<BindingTimeline> = "application/json"), (String = "image/svg+xml"),
+        )),
+        Problems,
+    ),
+)]
+pub(super) async fn timeline(
+    State(edge): State<Edge>,
+    JobPath(id): JobPath,
+    mut query: Parameters,
+) -> Result<Response, Problem> {
+    let formats = [("json", TimelineFormat::Json), ("svg", TimelineFormat::Svg)];
+    let format = query.choice("format", &formats).unwrap_or(TimelineFormat::Json);
+    let leg = query.text("leg");
+    let (format, leg) = query.finish((format, leg))?;
+    from_result(&edge, id, move |result| {
+        let parts = Parts::of(result, leg.as_deref())?;
+        match format {
+            TimelineFormat::Json => {
+                parts.json(|part| BindingTimeline::new(&part.trajectory, &part.certificate.joints))
+            }
+            TimelineFormat::Svg => Ok(svg(picture::timeline(&parts.sections))),
+        }
+    })
+    .await
+}
+
 /// Draw the front
 ///
 /// Of a job with `pareto`: every motion of it, the fastest one stretched, and
@@ -471,7 +528,7 @@ pub(super) async fn plot(
     get, path = "/v1/jobs/{id}/pareto.svg", tag = "results",
     params(
         ("id" = String, Path, format = "uuid", description = "The job's id"),
-        ("leg" = Option<String>, Query, description = "One leg of a program; default all"),
+        ("leg" = Option<String>, Query, description = "One leg of a program; default all. Of a family the worst case is shown"),
     ),
     responses((status = 200, description = "The picture", body = String, content_type = "image/svg+xml"), Problems),
 )]

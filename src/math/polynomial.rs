@@ -78,20 +78,7 @@ impl Extremes {
     /// If there are more than [`MAX_COEFFICIENTS`] coefficients.
     pub fn new(coefficients: &[f64], length: f64) -> Self {
         assert!(coefficients.len() <= MAX_COEFFICIENTS, "degree out of range");
-        // Normalised time u = t / length keeps the roots well scaled however
-        // long or short the piece is.
-        let mut levels: Vec<Vec<f64>> = Vec::with_capacity(coefficients.len());
-        let mut power = 1.0;
-        let scaled = coefficients.iter().map(|c| {
-            let scaled = c * power;
-            power *= length;
-            scaled
-        });
-        levels.push(scaled.collect());
-        while levels.last().is_some_and(|level| level.len() > 1) {
-            let derivative = levels.last().map(|level| derivative(level)).unwrap_or_default();
-            levels.push(derivative);
-        }
+        let levels = levels(coefficients, length);
         let mut extrema = Vec::with_capacity(levels.len());
         let mut turns = Vec::new();
         let mut breaks: Vec<f64> = vec![0.0, 1.0];
@@ -130,6 +117,37 @@ impl Extremes {
     pub fn of(&self, order: usize) -> Extrema {
         self.extrema.get(order).copied().unwrap_or(Extrema::at(0.0, 0.0))
     }
+}
+
+/// The polynomial over [0, 1] instead of [0, `length`], and all its derivatives.
+///
+/// Normalised time u = t / length keeps the roots well scaled however long or
+/// short the piece is.
+fn levels(coefficients: &[f64], length: f64) -> Vec<Vec<f64>> {
+    let mut levels: Vec<Vec<f64>> = Vec::with_capacity(coefficients.len());
+    let mut power = 1.0;
+    let scaled = coefficients.iter().map(|c| {
+        let scaled = c * power;
+        power *= length;
+        scaled
+    });
+    levels.push(scaled.collect());
+    while let Some(level) = levels.last().filter(|level| level.len() > 1) {
+        levels.push(derivative(level));
+    }
+    levels
+}
+
+/// Where the polynomial changes sign between 0 and `length`, ascending. Where
+/// it only touches zero may be among them.
+pub fn roots(coefficients: &[f64], length: f64) -> Vec<f64> {
+    let mut roots = Vec::new();
+    for level in levels(coefficients, length).iter().rev() {
+        let breaks: Vec<f64> =
+            std::iter::once(0.0).chain(roots).chain(std::iter::once(1.0)).collect();
+        roots = sweep(level, &breaks).1;
+    }
+    roots.iter().map(|u| u * length).collect()
 }
 
 /// Integral of the square over [0, `length`].
@@ -252,6 +270,19 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn finds_the_roots_within_the_interval() {
+        // (t - 0.5) (t - 1) (t - 2.5) (t + 1)
+        let quartic = [-1.25, 3.0, 0.25, -3.0, 1.0];
+        for (length, expected) in [(2.0, &[0.5, 1.0][..]), (3.0, &[0.5, 1.0, 2.5]), (0.25, &[])] {
+            let found = roots(&quartic, length);
+            assert_eq!(found.len(), expected.len(), "{found:?}");
+            assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{found:?}");
+        }
+        assert!(roots(&[3.0], 1.0).is_empty());
+        assert_eq!(roots(&[-3.0, 2.0], 2.0), [1.5]);
     }
 
     #[test]

@@ -98,8 +98,16 @@ impl Objective for SideBySide<'_> {
         self.0.starts()
     }
 
+    fn hints(&self) -> &[Vec<f64>] {
+        self.0.hints()
+    }
+
     fn is_homogeneous(&self) -> bool {
         self.0.is_homogeneous()
+    }
+
+    fn is_constrained(&self) -> bool {
+        self.0.is_constrained()
     }
 }
 

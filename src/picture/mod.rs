@@ -1,4 +1,4 @@
-//! Pictures of results, as SVG: motion over time, the search's convergence and
+//! Pictures of results, as SVG: motion over time, what holds it back, families, the search's convergence and
 //! fronts, methods compared, published figures beside ours; and pages that hold them.
 //!
 //! Pure: a result goes in, a text comes out. Drawing never fails and never
@@ -9,19 +9,25 @@ mod beside;
 mod canvas;
 mod chart;
 mod convergence;
+mod family;
 mod gaps;
 mod motion;
 pub mod page;
 mod palette;
 mod pareto;
 mod scale;
+mod timeline;
 
 pub use bands::bands;
 pub use beside::{Beside, NAMES, beside};
 pub use convergence::{Curve, convergence};
+pub use family::family;
 pub use gaps::gaps;
 pub use motion::{Section, plot};
 pub use pareto::pareto;
+pub use timeline::timeline;
 
+#[cfg(test)]
+mod family_tests;
 #[cfg(test)]
 mod tests;

@@ -27,7 +27,7 @@ const CLOSEST_LINES: f64 = 3.0;
 /// One trajectory on a time axis.
 #[derive(Clone, Copy, Debug)]
 pub struct Section<'a> {
-    /// The leg's name within a program.
+    /// The leg's name within a program, or the member's within a family.
     pub name: Option<&'a str>,
     /// When it starts, s.
     pub start: f64,
@@ -45,6 +45,11 @@ impl<'a> Section<'a> {
                 .iter()
                 .map(|leg| Self { name: Some(&leg.name), start: leg.start, result: &leg.result })
                 .collect(),
+            // Of all members only the worst case's motion is kept.
+            PlanResult::Family(family) => {
+                let (name, result) = (Some(family.slowest.as_str()), &*family.worst_case);
+                vec![Self { name, start: 0.0, result }]
+            }
             // What it compares are durations, not motions.
             PlanResult::Comparison(_) => Vec::new(),
         }
@@ -56,7 +61,8 @@ impl<'a> Section<'a> {
         Some(Self { start: 0.0, ..leg })
     }
 
-    fn end(&self) -> f64 {
+    /// When it ends, s.
+    pub(super) fn end(&self) -> f64 {
         self.start + self.result.trajectory.duration()
     }
 }
@@ -84,7 +90,8 @@ pub fn plot(sections: &[Section<'_>], quantities: &[Quantity]) -> String {
             let top = top + index as f64 * (PANEL_HEIGHT + PANEL_GAP);
             let frame = Frame { left: LEFT, right: RIGHT, top, bottom: top + PANEL_HEIGHT };
             let chart = panel.draw(canvas, frame, sections);
-            if index == 0 {
+            // A single one is named in the title.
+            if index == 0 && sections.len() > 1 {
                 name_sections(&chart, sections);
             }
             if index + 1 == panels.len() {

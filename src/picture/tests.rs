@@ -11,7 +11,7 @@ use super::{Curve, Section, bands, convergence, gaps, page, pareto, plot};
 
 /// A motion of `dof` joints in two quintic-like pieces, every second one
 /// prismatic, with values around `size` and pieces of `length` seconds.
-fn result(
+pub(super) fn result(
     dof: usize,
     size: f64,
     length: f64,
@@ -71,7 +71,7 @@ fn plot_all(result: &TrajectoryResult) -> String {
 }
 
 /// Checks tags, attributes and entities, and that all numbers are numbers.
-fn assert_well_formed(svg: &str) {
+pub(super) fn assert_well_formed(svg: &str) {
     let mut open: Vec<&str> = Vec::new();
     for part in svg.split('<').skip(1) {
         let (tag, text) = part.split_once('>').expect("every tag is closed");

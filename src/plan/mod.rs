@@ -3,6 +3,7 @@
 pub mod cell;
 mod ends;
 mod error;
+mod family;
 mod limits;
 mod metrics;
 mod objectives;
@@ -16,6 +17,7 @@ mod result;
 mod run;
 pub mod samples;
 pub mod scenarios;
+mod side_by_side;
 mod study;
 mod unsearched;
 pub mod verify;
@@ -23,10 +25,14 @@ mod waypoints;
 mod weighted;
 
 pub use error::{PlanCode, PlanError};
+pub use family::{
+    FamilyMember, FamilyProblem, FamilyResult, FamilyTask, MAX_MEMBERS, MemberFailure,
+    MemberResult, MostBinding, SweepAxis,
+};
 pub use objectives::{ObjectiveWeights, ParetoMethod, ParetoRequest};
 pub use pareto::{ParetoAxis, ParetoFront, ParetoPoint};
 pub use prepare::{MAX_LEGS, MAX_WAYPOINTS, validate};
-pub use prepared::{PreparedPlan, Progress};
+pub use prepared::{MembersDone, PreparedPlan, Progress};
 pub use request::*;
 pub use result::*;
 pub use study::{

@@ -9,7 +9,7 @@ use super::request::{
     Clock, Constraints, DurationGoal, DurationRange, OptimizerChoice, PlanRequest, ProgramTask,
     RobotRef, Task, WaypointsTask,
 };
-use super::{limits, study};
+use super::{family, limits, study};
 use crate::fault::{Faults, escape};
 use crate::optimize::{OptimizerEntry, Settings, optimizer, optimizer_names};
 use crate::robot::Robot;
@@ -21,6 +21,9 @@ pub const MAX_WAYPOINTS: usize = 500;
 
 /// Most legs of a program.
 pub const MAX_LEGS: usize = 100;
+
+/// Most characters of the name of a problem, a method or a member.
+const MAX_NAME: usize = 64;
 
 /// Most characters of a leg's note.
 const MAX_NOTE: usize = 200;
@@ -60,9 +63,12 @@ pub fn validate(
         Some(robot) => limits::resolve(robot, overrides, scale, &mut faults),
         None => Vec::new(),
     };
+    let common = Common { robot: robot.as_ref(), limits: &limits, find_robot };
     let task = match &request.task {
+        Task::Family(task) => {
+            family::prepare(task, request, &common, &mut faults).map(PreparedTask::Family)
+        }
         Task::Comparison(task) => {
-            let common = Common { robot: robot.as_ref(), limits: &limits, find_robot };
             study::prepare_comparison(task, &common, &mut faults).map(PreparedTask::Study)
         }
         Task::Benchmark(task) => {
@@ -84,7 +90,7 @@ pub fn validate(
     };
     let seed = request.seed;
     // A task that is none has at least one fault.
-    let prepared = |task| PreparedPlan { robot, limits, seed, task };
+    let prepared = |task| PreparedPlan { robot, limits, seed, task, side_by_side: false };
     faults.into_result(task)?.map(prepared).ok_or_else(Faults::default)
 }
 
@@ -102,7 +108,7 @@ fn refuse_robot(request: &PlanRequest, faults: &mut Faults) {
     }
 }
 
-/// What a request says for all problems of a comparison.
+/// What a request says for all problems of a comparison or family.
 pub(super) struct Common<'a> {
     /// The request's robot, if it has one.
     pub robot: Option<&'a Arc<Robot>>,
@@ -110,6 +116,21 @@ pub(super) struct Common<'a> {
     pub limits: &'a [JointBounds],
     /// Knows the robots that have names.
     pub find_robot: &'a dyn Fn(&str) -> Option<Arc<Robot>>,
+}
+
+/// A name of 1 to 64 characters that is not taken yet.
+pub(super) fn check_name<'a>(
+    name: &'a str,
+    place: &str,
+    taken: &mut HashSet<&'a str>,
+    faults: &mut Faults,
+) {
+    if !(1..=MAX_NAME).contains(&name.chars().count()) {
+        faults.add(place, format!("a name has 1 to {MAX_NAME} characters"));
+    }
+    if !taken.insert(name) {
+        faults.add(place, format!("another one is called `{name}`; give each its own"));
+    }
 }
 
 /// The robot a request names or describes.

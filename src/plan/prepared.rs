@@ -1,10 +1,12 @@
 //! A valid request, ready to run.
 
+use std::iter;
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+use super::family::PreparedFamily;
 use super::objectives::{ObjectiveWeights, ParetoMethod, ParetoRequest};
 use super::request::{Clock, ConstraintHandling, Constraints, DurationGoal, DurationRange};
 use super::study::PreparedStudy;
@@ -22,24 +24,41 @@ const FREE_SEGMENT_S: f64 = 5e-3;
 /// How far planning has come.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Progress {
-    /// Iterations done in this leg.
+    /// Iterations done in this leg; of a family, members done.
     pub iteration: u64,
     /// Candidates evaluated so far, over all legs.
     pub evaluations: u64,
     /// Seconds since the start of the run.
     pub elapsed_s: f64,
-    /// Best duration so far, s, or best weighted objective; null while no
-    /// candidate is feasible.
+    /// Best duration so far, s, or best weighted objective; of a family, that
+    /// of the fastest member; null while no candidate is feasible.
     pub best: Option<f64>,
     /// Mean fitness of the current generation.
     pub mean: Option<f64>,
     /// Proven lower bound on the duration, s.
     pub lower_bound: Option<f64>,
-    /// The program's leg being planned, or the problem methods are compared on.
+    /// The program's leg or the family's member being planned, or the problem
+    /// methods are compared on.
     pub leg: Option<String>,
     /// The method being run, where several are compared.
     #[serde(default)]
     pub method: Option<String>,
+    /// How many members of a family are done.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub members: Option<MembersDone>,
+}
+
+/// How far a family has come.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct MembersDone {
+    /// Members planned or failed.
+    pub done: usize,
+    /// Members in all.
+    pub of: usize,
+    /// Members that could not be planned.
+    pub failed: usize,
+    /// Duration of the slowest member so far, s.
+    pub slowest: Option<f64>,
 }
 
 impl Progress {
@@ -64,11 +83,14 @@ pub struct PreparedPlan {
     pub(super) limits: Vec<JointBounds>,
     pub(super) seed: u64,
     pub(super) task: PreparedTask,
+    /// True if other plans run beside it and keep the threads busy.
+    pub(super) side_by_side: bool,
 }
 
 pub(super) enum PreparedTask {
     Waypoints(PreparedWaypoints),
     Program(Vec<PreparedLeg>),
+    Family(PreparedFamily),
     Study(PreparedStudy),
 }
 
@@ -112,11 +134,12 @@ impl PreparedPlan {
         match &self.task {
             PreparedTask::Waypoints(_) => "waypoints",
             PreparedTask::Program(_) => "program",
+            PreparedTask::Family(_) => "family",
             PreparedTask::Study(study) => study.task,
         }
     }
 
-    /// Interpolation and optimizer, those of a program's legs, or how many are compared.
+    /// Interpolation and optimizer, those of a program's legs or a family's members, or how many are compared.
     pub fn method(&self) -> String {
         if let PreparedTask::Study(study) = &self.task {
             return format!("{} methods", study.methods.len());
@@ -133,16 +156,22 @@ impl PreparedPlan {
 
     /// The robot's name; `-` if the task is about no robot, or about several.
     pub fn robot_name(&self) -> &str {
+        if let PreparedTask::Family(PreparedFamily { members, .. }) = &self.task {
+            return members.first().map_or("-", |member| member.plan.robot_name());
+        }
         self.robot.as_ref().map_or("-", |robot| robot.name())
     }
 
-    fn tasks(&self) -> impl Iterator<Item = &PreparedWaypoints> {
-        let (one, many) = match &self.task {
-            PreparedTask::Waypoints(task) => (Some(task), None),
-            PreparedTask::Program(legs) => (None, Some(legs.iter().map(|leg| &leg.task))),
-            PreparedTask::Study(_) => (None, None),
-        };
-        one.into_iter().chain(many.into_iter().flatten())
+    /// All `waypoints` tasks that are to be planned.
+    pub(super) fn tasks(&self) -> Box<dyn Iterator<Item = &PreparedWaypoints> + '_> {
+        match &self.task {
+            PreparedTask::Waypoints(task) => Box::new(iter::once(task)),
+            PreparedTask::Program(legs) => Box::new(legs.iter().map(|leg| &leg.task)),
+            PreparedTask::Family(family) => {
+                Box::new(family.members.iter().flat_map(|member| member.plan.tasks()))
+            }
+            PreparedTask::Study(_) => Box::new(iter::empty()),
+        }
     }
 }
 

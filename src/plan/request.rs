@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use utoipa::ToSchema;
 
+use super::family::FamilyTask;
 use super::objectives::{ObjectiveWeights, ParetoRequest};
 use super::study::{BenchmarkTask, ComparisonTask};
 use crate::fault::{Faults, read};
@@ -16,8 +17,8 @@ use crate::robot::RobotDescription;
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct PlanRequest {
     /// A catalogue or registered robot by name, or a robot object inline. May
-    /// be left out of a benchmark, and of a comparison whose problems all name
-    /// their own.
+    /// be left out of a benchmark, and of a comparison or family whose problems
+    /// all name their own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub robot: Option<RobotRef>,
     /// What to plan.
@@ -51,6 +52,8 @@ pub enum Task {
     Waypoints(WaypointsTask),
     /// Several tasks in order.
     Program(ProgramTask),
+    /// One problem in many variants.
+    Family(FamilyTask),
     /// Methods compared on tasks.
     Comparison(ComparisonTask),
     /// Methods compared on mathematical functions.
@@ -58,7 +61,7 @@ pub enum Task {
 }
 
 /// The names of all tasks, as `type` takes them.
-pub const TASKS: &[&str] = &["waypoints", "program", "comparison", "benchmark"];
+pub const TASKS: &[&str] = &["waypoints", "program", "family", "comparison", "benchmark"];
 
 /// Pass through joint waypoints in the least time, at rest at both ends unless they say otherwise.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -347,11 +350,13 @@ struct RawPlanRequest {
 impl PlanRequest {
     /// The robots the request names or describes.
     pub fn robots_mut(&mut self) -> impl Iterator<Item = &mut RobotRef> {
-        let problems = match &mut self.task {
-            Task::Comparison(comparison) => &mut comparison.problems[..],
-            Task::Waypoints(_) | Task::Program(_) | Task::Benchmark(_) => &mut [],
+        let (one, several) = match &mut self.task {
+            Task::Family(family) => (family.problem.robot.as_mut(), &mut [][..]),
+            Task::Comparison(comparison) => (None, &mut comparison.problems[..]),
+            Task::Waypoints(_) | Task::Program(_) | Task::Benchmark(_) => (None, &mut [][..]),
         };
-        self.robot.iter_mut().chain(problems.iter_mut().filter_map(|it| it.robot.as_mut()))
+        let several = several.iter_mut().filter_map(|problem| problem.robot.as_mut());
+        self.robot.iter_mut().chain(one).chain(several)
     }
 
     /// Reads a request; the structure only, see
@@ -393,7 +398,7 @@ impl PlanRequest {
 /// whether such a one needs it, only its meaning tells.
 fn needs_robot(request: &Value) -> bool {
     let task = request.pointer("/task/type").and_then(Value::as_str);
-    !matches!(task, Some("comparison" | "benchmark"))
+    !matches!(task, Some("family" | "comparison" | "benchmark"))
 }
 
 impl RobotRef {
@@ -418,6 +423,7 @@ impl Task {
         match take_type(&mut value, pointer, faults)?.as_str() {
             "waypoints" => read(value, pointer, faults).map(Self::Waypoints),
             "program" => ProgramTask::parse(value, pointer, faults).map(Self::Program),
+            "family" => FamilyTask::parse(value, pointer, faults).map(Self::Family),
             "comparison" => ComparisonTask::parse(value, pointer, faults).map(Self::Comparison),
             "benchmark" => read(value, pointer, faults).map(Self::Benchmark),
             other => {
@@ -436,6 +442,7 @@ impl Task {
         match self {
             Self::Waypoints(_) => "waypoints",
             Self::Program(_) => "program",
+            Self::Family(_) => "family",
             Self::Comparison(_) => "comparison",
             Self::Benchmark(_) => "benchmark",
         }

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+use super::family::FamilyResult;
 use super::pareto::ParetoFront;
 use super::study::ComparisonResult;
 use crate::budget::StopReason;
@@ -18,6 +19,8 @@ pub enum PlanResult {
     Program(ProgramResult),
     /// Of a task with one trajectory.
     Trajectory(Box<TrajectoryResult>),
+    /// Of a family: a row per member and the plan of the slowest.
+    Family(FamilyResult),
     /// Of a comparison or a benchmark: a result per problem and method.
     Comparison(ComparisonResult),
 }

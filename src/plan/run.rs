@@ -3,7 +3,7 @@
 use super::error::PlanError;
 use super::prepared::{PreparedPlan, PreparedTask, Progress};
 use super::result::PlanResult;
-use super::{program, study, waypoints};
+use super::{family, program, study, waypoints};
 use crate::budget::Budget;
 
 impl PreparedPlan {
@@ -25,6 +25,7 @@ impl PreparedPlan {
                 Ok(PlanResult::Trajectory(Box::new(result)))
             }
             PreparedTask::Program(legs) => program::plan(self, legs, budget, progress),
+            PreparedTask::Family(members) => family::run(members, self.seed, budget, progress),
             PreparedTask::Study(study) => study::run(study, self.seed, budget, progress),
         }
     }

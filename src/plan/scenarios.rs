@@ -94,8 +94,10 @@ impl Scenario {
 const FILES: &[&str] = &[
     include_str!("../../scenarios/mcb-ab.json"),
     include_str!("../../scenarios/mcb-ab-fastest.json"),
+    include_str!("../../scenarios/mcb-ab-what-if.json"),
     include_str!("../../scenarios/mcb-assembly.json"),
     include_str!("../../scenarios/optimizers.json"),
+    include_str!("../../scenarios/pallet-places.json"),
     include_str!("../../scenarios/palletizing.json"),
     include_str!("../../scenarios/palletizing-points.json"),
     include_str!("../../scenarios/shu-ab.json"),

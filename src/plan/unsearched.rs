@@ -99,14 +99,13 @@ impl Run<'_> {
                 mean: None,
             };
             (self.progress)(Progress {
-                leg: None,
                 iteration: point.iteration,
                 evaluations: point.evaluations,
                 elapsed_s: point.elapsed_s,
                 best: point.best,
                 mean: None,
                 lower_bound,
-                method: None,
+                ..Progress::default()
             });
             convergence.push(point);
         };

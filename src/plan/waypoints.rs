@@ -11,7 +11,9 @@ use super::request::{Clock, ConstraintHandling, Constraints, DurationGoal, Durat
 use super::result::{JointOptimum, PlanMetrics, PlanResult, TrajectoryResult};
 use crate::budget::{Budget, StopReason};
 use crate::math::random::derive_seed;
-use crate::optimize::{ConvergencePoint, Objective, OptimizerEntry, Solution, minimize};
+use crate::optimize::{
+    ConvergencePoint, Objective, OptimizerEntry, SideBySide, Solution, minimize,
+};
 use crate::trajectory::interpolation::Timing;
 use crate::trajectory::kernel::Kernel;
 use crate::trajectory::objective::Measures;
@@ -49,7 +51,8 @@ pub fn plan_from(
     // The fastest motion itself says how short any could be.
     let tells = matches!(task.interpolation.timing, Timing::Free) && orders(task) == 3;
     let optimum = (!tells).then(|| Optimum::find(&task.waypoints, &plan.limits, budget));
-    let run = Run { task, limits: &plan.limits, hints, seed, budget, progress, optimum };
+    let (limits, side_by_side) = (&plan.limits[..], plan.side_by_side);
+    let run = Run { task, limits, side_by_side, hints, seed, budget, progress, optimum };
     let stopped = || budget.stop_reason(0).and_then(PlanError::stopped);
     let timed = match &task.interpolation.timing {
         Timing::Search(kernel) => run.search(*kernel)?,
@@ -98,6 +101,8 @@ pub(super) fn pose(
 pub(super) struct Run<'a> {
     pub(super) task: &'a PreparedWaypoints,
     pub(super) limits: &'a [JointBounds],
+    /// True if other plans keep the threads busy.
+    pub(super) side_by_side: bool,
     pub(super) hints: &'a [Vec<f64>],
     pub(super) seed: u64,
     pub(super) budget: &'a Budget,
@@ -159,19 +164,20 @@ impl Run<'_> {
         before: (u64, u64),
     ) -> Result<(Vec<f64>, Solution), PlanError> {
         let settings = &self.task.settings;
+        let alone = SideBySide(problem);
+        let problem = if self.side_by_side { &alone } else { problem };
         let mut optimizer = (self.task.optimizer.build)(settings, problem, seed);
         // A bound on the duration says nothing about a weighted sum.
         let lower = self.lower_bound().filter(|_| !self.task.weights.is_weighted());
         let mut report = |point: &ConvergencePoint| {
             (self.progress)(Progress {
-                leg: None,
                 iteration: before.0 + point.iteration,
                 evaluations: before.1 + point.evaluations,
                 elapsed_s: point.elapsed_s,
                 best: point.best,
                 mean: point.mean,
                 lower_bound: lower,
-                method: None,
+                ..Progress::default()
             });
         };
         let iterations = settings.integer("iterations");

@@ -16,21 +16,22 @@ pub struct PlanningRunner;
 /// A result in a few figures: what a job's last event carries.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct ResultSummary {
-    /// Total duration, s; null where methods were compared.
+    /// Total duration, s, of a family that of its slowest member; null where
+    /// methods were compared.
     pub duration: Option<f64>,
-    /// True if the certificate of every leg is lawful; null where methods were compared.
+    /// True if the certificate of every leg or planned member is lawful; null where methods were compared.
     pub lawful: Option<bool>,
     /// The worst ratio of a peak to its limit; null where methods were compared.
     pub worst_ratio: Option<f64>,
     /// No lawful trajectory is shorter, s; null if not proven.
     pub lower_bound: Option<f64>,
-    /// Number of legs; 1 if the task is no program; problems where methods were compared.
+    /// Number of legs; members of a family; problems where methods were compared; else 1.
     pub legs: usize,
     /// Candidates evaluated.
     pub evaluations: u64,
     /// Planning time, s.
     pub planning_s: f64,
-    /// Which method did best, in words, where methods were compared.
+    /// The result in words, of a family and where methods were compared.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub verdict: Option<String>,
 }
@@ -58,6 +59,16 @@ impl From<&PlanResult> for ResultSummary {
                 evaluations: program.evaluations,
                 planning_s: program.planning_s,
                 verdict: None,
+            },
+            PlanResult::Family(family) => Self {
+                duration: Some(family.worst_case.duration),
+                lawful: Some(family.lawful),
+                worst_ratio: Some(family.worst_ratio),
+                lower_bound: bound(&family.worst_case),
+                legs: family.members.len(),
+                evaluations: family.evaluations,
+                planning_s: family.planning_s,
+                verdict: Some(family.verdict.clone()),
             },
             PlanResult::Comparison(comparison) => Self {
                 duration: None,

@@ -4,6 +4,7 @@
 mod bad_requests;
 mod cells;
 mod comparisons;
+mod families;
 mod grpc;
 mod grpc_support;
 mod http;

@@ -1,6 +1,8 @@
 //! The JSON that users program against. A changed snapshot is a changed API.
 
 use serde_json::json;
+use takt::budget::Budget;
+use takt::plan::{PlanRequest, PlanResult, validate};
 
 use crate::support::{faults, plan};
 
@@ -16,6 +18,32 @@ fn a_result() {
     result.planning_s = 0.0;
     result.convergence.iter_mut().for_each(|point| point.elapsed_s = 0.0);
     result.version = "0".to_owned();
+    insta::assert_json_snapshot!(result);
+}
+
+/// The same axis with more and more acceleration; the first member cannot be in time.
+#[test]
+fn a_family() {
+    let robot = json!({ "name": "axis", "joints": [{ "name": "x", "type": "prismatic",
+        "limits": { "lower": 0, "upper": 10, "velocity": 2, "acceleration": 4 } }] });
+    let task = json!({ "type": "waypoints", "interpolation": "trapezoidal",
+        "waypoints": [[0], [4]], "duration": { "at_most": 3.5 } });
+    let request = json!({ "robot": robot, "task": { "type": "family", "problem": { "task": task },
+        "sweep": [{ "path": "/limit_scale/acceleration", "values": [0.25, 0.5, 1] }] } });
+    let request = PlanRequest::parse(request).unwrap();
+    let plan = validate(&request, &|_| None).unwrap();
+    let Ok(PlanResult::Family(mut result)) = plan.run(&Budget::default(), &|_| {}) else {
+        panic!("a family")
+    };
+    // The worst case is a result like any other.
+    let worst = (result.worst_case.duration, result.worst_case.robot.clone());
+    assert_eq!(worst, (3.0, "axis".to_owned()));
+    let mut result = {
+        result.planning_s = 0.0;
+        result.version = "0".to_owned();
+        serde_json::to_value(result).unwrap()
+    };
+    result["worst_case"] = json!("as of any plan");
     insta::assert_json_snapshot!(result);
 }
 

@@ -32,7 +32,17 @@ message_form!(Job {
 
 message_form!(JobPage as ListJobsResponse { jobs, next_page_token });
 
-message_form!(Progress { iteration, evaluations, elapsed_s, best, mean, lower_bound, leg, method });
+message_form!(Progress {
+    iteration,
+    evaluations,
+    elapsed_s,
+    best,
+    mean,
+    lower_bound,
+    leg,
+    method,
+    members,
+});
 
 message_form!(ResultSummary {
     duration,

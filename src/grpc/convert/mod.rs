@@ -84,6 +84,7 @@ macro_rules! message_enum {
 }
 
 // The macros above hold from here on.
+mod family;
 mod job;
 mod request;
 mod result;

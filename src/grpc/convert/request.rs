@@ -6,7 +6,7 @@ use crate::grpc::proto;
 use crate::plan::{
     Clock, ConstraintHandling, Constraints, DurationGoal, DurationRange, EndMotion, Leg,
     LimitOverride, LimitOverrides, LimitScale, LimitValues, ObjectiveWeights, OptimizerChoice,
-    ParetoMethod, ParetoRequest, PlanRequest, ProgramTask, RobotRef, Task, WaypointsTask,
+    ParetoMethod, ParetoRequest, PlanRequest, ProgramTask, RobotRef, TASKS, Task, WaypointsTask,
 };
 use crate::robot::RobotDescription;
 use crate::trajectory::objective::ObjectiveName;
@@ -79,6 +79,7 @@ impl MessageForm<proto::Task> for Task {
         let kind = match self {
             Self::Waypoints(task) => Kind::Waypoints(task.into_message()),
             Self::Program(task) => Kind::Program(task.into_message()),
+            Self::Family(task) => Kind::Family(task.into_message()),
             Self::Comparison(task) => Kind::Comparison(task.into_message()),
             Self::Benchmark(task) => Kind::Benchmark(task.into_message()),
         };
@@ -95,6 +96,9 @@ impl MessageForm<proto::Task> for Task {
             Some(Kind::Program(task)) => {
                 Self::Program(MessageForm::from_message(task, place, faults))
             }
+            Some(Kind::Family(task)) => {
+                Self::Family(MessageForm::from_message(task, place, faults))
+            }
             Some(Kind::Comparison(task)) => {
                 Self::Comparison(MessageForm::from_message(task, place, faults))
             }
@@ -102,7 +106,7 @@ impl MessageForm<proto::Task> for Task {
                 Self::Benchmark(MessageForm::from_message(task, place, faults))
             }
             None => {
-                place.fault(faults, "expected a task: waypoints, program, comparison or benchmark");
+                place.fault(faults, format!("expected a task: {}", TASKS.join(", ")));
                 Self::Program(ProgramTask { legs: Vec::new() })
             }
         }

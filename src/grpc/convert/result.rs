@@ -6,8 +6,8 @@ use crate::fault::Faults;
 use crate::grpc::proto;
 use crate::optimize::ConvergencePoint;
 use crate::plan::{
-    Binding, ComparisonResult, JointOptimum, LegResult, ParetoAxis, ParetoFront, ParetoPoint,
-    PlanMetrics, PlanResult, ProgramResult, Sensitivity, TrajectoryResult,
+    Binding, ComparisonResult, FamilyResult, JointOptimum, LegResult, ParetoAxis, ParetoFront,
+    ParetoPoint, PlanMetrics, PlanResult, ProgramResult, Sensitivity, TrajectoryResult,
 };
 use crate::trajectory::objective::Measures;
 use crate::trajectory::{
@@ -125,6 +125,7 @@ impl MessageForm<proto::PlanResult> for PlanResult {
         let kind = match self {
             Self::Trajectory(result) => Kind::Trajectory(result.into_message()),
             Self::Program(result) => Kind::Program(result.into_message()),
+            Self::Family(result) => Kind::Family(result.into_message()),
             Self::Comparison(result) => Kind::Comparison(result.into_message()),
         };
         proto::PlanResult { kind: Some(kind) }
@@ -133,7 +134,7 @@ impl MessageForm<proto::PlanResult> for PlanResult {
     fn from_message(message: proto::PlanResult, place: Place<'_>, faults: &mut Faults) -> Self {
         use proto::plan_result::Kind;
         let kind = message.kind.unwrap_or_else(|| {
-            place.fault(faults, "expected a trajectory, a program or a comparison");
+            place.fault(faults, "expected a trajectory, a program, a family or a comparison");
             Kind::Program(proto::ProgramResult::default())
         });
         match kind {
@@ -144,6 +145,7 @@ impl MessageForm<proto::PlanResult> for PlanResult {
             Kind::Program(result) => {
                 Self::Program(ProgramResult::from_message(result, place, faults))
             }
+            Kind::Family(result) => Self::Family(FamilyResult::from_message(result, place, faults)),
             Kind::Comparison(result) => {
                 Self::Comparison(ComparisonResult::from_message(result, place, faults))
             }

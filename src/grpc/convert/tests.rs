@@ -131,6 +131,43 @@ fn comparison_task() -> Value {
     })
 }
 
+fn family_task() -> Value {
+    json!({
+        "type": "family",
+        "problem": {"robot": robot(), "limits": {"velocity": [1.0, null]},
+            "limit_scale": {"jerk": 0.5}, "task": waypoints_task()},
+        "members": [
+            {"name": "a", "set": {"task": {"waypoints": [[0.5, 1], [2, 3.25]], "clock": null}}},
+            {"name": "b", "set": {}}],
+    })
+}
+
+fn sweep_task() -> Value {
+    json!({
+        "type": "family", "problem": {"task": waypoints_task()},
+        "sweep": [{"path": "/limit_scale/jerk", "values": [0.5, 1, null, "x", [1.5]]}],
+    })
+}
+
+fn family_result() -> Value {
+    let failed = json!({
+        "name": "jerk=1", "values": [1], "duration": null, "lower_bound": null, "gap": null,
+        "lawful": null, "worst_ratio": null, "most_binding": null, "evaluations": 0,
+        "failure": {"code": "limits_unreachable", "message": "no", "details": {"joint": "j1"}},
+    });
+    json!({
+        "robot": "arm", "verdict": "1 of 2", "sweep": sweep_task()["sweep"],
+        "members": [
+            {"name": "jerk=0.5", "values": [0.5], "duration": 3.0, "lower_bound": 2.5, "gap": 0.2,
+                "lawful": true, "worst_ratio": 0.75, "evaluations": 100, "most_binding":
+                    {"joint": "j1", "limit": "jerk", "segments": 2, "seconds_per_percent": 0.01}},
+            failed],
+        "fastest": "jerk=0.5", "slowest": "jerk=0.5", "median_duration": 3.0, "failed": 1,
+        "lawful": true, "worst_ratio": 0.75, "worst_case": trajectory_result(),
+        "evaluations": 100, "planning_s": 0.03, "seed": 7, "version": "0.1.0",
+    })
+}
+
 fn benchmark_task() -> Value {
     json!({"type": "benchmark", "functions": ["f1", "f6"], "dimension": 5, "population": 20,
         "iterations": 70, "runs": 4, "optimizers": [{"name": "ga", "elite": 1}], "shifted": true})
@@ -168,7 +205,8 @@ fn comparison_result() -> Value {
 
 fn progress() -> Value {
     json!({"iteration": 3, "evaluations": 150, "elapsed_s": 0.1, "best": 5.5, "mean": 6.5,
-        "lower_bound": 5.0, "leg": "AB", "method": "pso"})
+        "lower_bound": 5.0, "leg": "AB", "method": "pso",
+        "members": {"done": 2, "of": 9, "failed": 1, "slowest": 7.5}})
 }
 
 fn error() -> Value {
@@ -221,7 +259,7 @@ fn requests_return_as_they_went() {
     assert_returns::<proto::PlanRequest, _>(request.plan);
     let named = json!({"robot": "ur5e", "task": waypoints_task()});
     assert_returns::<proto::PlanRequest, _>(PlanRequest::parse(named).unwrap());
-    for task in [comparison_task(), benchmark_task()] {
+    for task in [comparison_task(), benchmark_task(), family_task(), sweep_task()] {
         let request = PlanRequest::parse(json!({ "task": task })).unwrap();
         assert_returns::<proto::PlanRequest, _>(request);
     }
@@ -243,7 +281,7 @@ fn requests_return_as_they_went() {
 
 #[test]
 fn results_jobs_and_events_return_as_they_went() {
-    for result in [trajectory_result(), program_result(), comparison_result()] {
+    for result in [trajectory_result(), program_result(), comparison_result(), family_result()] {
         let result: PlanResult = parsed(result);
         assert_returns::<proto::PlanResult, _>(result.clone());
         assert_eq!(chunks::join(chunks::split(result.clone().into_message())), Ok(result));
@@ -473,6 +511,24 @@ fn objects() -> BTreeMap<&'static str, Value> {
         ("EvaluationQuartiles", problem["methods"][0]["evaluations_to_success"].clone()),
         ("CurvePoint", problem["methods"][0]["curve"][1].clone()),
     ]);
+    let family = serde_json::to_value(parsed::<PlanResult>(family_result())).unwrap();
+    let mut family_task = task_of(family_task());
+    family_task["sweep"] = task_of(sweep_task())["sweep"].clone();
+    objects.extend([
+        ("FamilyTask", without(family_task.clone(), &["type"])),
+        ("FamilyProblem", family_task["problem"].clone()),
+        ("FamilyMember", family_task["members"][0].clone()),
+        ("SweepAxis", family_task["sweep"][0].clone()),
+        ("FamilyResult", family.clone()),
+        ("MemberResult", {
+            let mut member = family["members"][0].clone();
+            member["failure"] = family["members"][1]["failure"].clone();
+            member
+        }),
+        ("MostBinding", family["members"][0]["most_binding"].clone()),
+        ("MemberFailure", family["members"][1]["failure"].clone()),
+        ("MembersDone", json!({"done": 0, "of": 0, "failed": 0, "slowest": 0})),
+    ]);
     objects.extend([
         ("ProgramResult", program.clone()),
         ("LegResult", program["legs"][0].clone()),
@@ -543,6 +599,9 @@ mod chunked {
         let chunks = chunks::split(result.clone().into_message());
         assert_eq!(chunks.len(), 2);
         assert_eq!(chunks::join(chunks), Ok(result));
+        // The head, two members, the worst case.
+        let chunks = chunks::split(parsed::<PlanResult>(family_result()).into_message());
+        assert_eq!(chunks.len(), 4);
     }
 
     #[test]
@@ -572,8 +631,10 @@ mod chunked {
         twice.extend(program());
         let mut compared = chunks::split(parsed::<PlanResult>(comparison_result()).into_message());
         compared.remove(0);
+        let mut member = chunks::split(parsed::<PlanResult>(family_result()).into_message());
+        member.remove(0);
         for wrong in
-            [headless, twice, compared, Vec::new(), vec![proto::ResultChunk { part: None }]]
+            [headless, twice, compared, member, Vec::new(), vec![proto::ResultChunk { part: None }]]
         {
             assert!(chunks::join(wrong).is_err());
         }

@@ -98,11 +98,7 @@ impl MessageForm<prost_types::Value> for Value {
             Value::Array(values) => {
                 Kind::ListValue(prost_types::ListValue { values: values.into_message() })
             }
-            Value::Object(members) => {
-                let fields = members.into_iter();
-                let fields = fields.map(|(key, value)| (key, value.into_message())).collect();
-                Kind::StructValue(prost_types::Struct { fields })
-            }
+            Value::Object(members) => Kind::StructValue(members.into_message()),
         };
         prost_types::Value { kind: Some(kind) }
     }
@@ -121,13 +117,25 @@ impl MessageForm<prost_types::Value> for Value {
                 Value::Array(MessageForm::from_message(list.values, place, faults))
             }
             Some(Kind::StructValue(members)) => {
-                let read = |(key, value): (String, prost_types::Value)| {
-                    let value = Value::from_message(value, place.field(&key), faults);
-                    (key, value)
-                };
-                Value::Object(members.fields.into_iter().map(read).collect::<Map<_, _>>())
+                Value::Object(MessageForm::from_message(members, place, faults))
             }
         }
+    }
+}
+
+impl MessageForm<prost_types::Struct> for Map<String, Value> {
+    fn into_message(self) -> prost_types::Struct {
+        let fields = self.into_iter();
+        let fields = fields.map(|(key, value)| (key, value.into_message())).collect();
+        prost_types::Struct { fields }
+    }
+
+    fn from_message(message: prost_types::Struct, place: Place<'_>, faults: &mut Faults) -> Self {
+        let read = |(key, value): (String, prost_types::Value)| {
+            let value = Value::from_message(value, place.field(&key), faults);
+            (key, value)
+        };
+        message.fields.into_iter().map(read).collect()
     }
 }
 

@@ -6,12 +6,24 @@
 //! so nothing a user named can become markup.
 
 mod comparison;
+mod family;
 
 pub use comparison::comparison;
+pub use family::family;
 
 use super::canvas::escaped;
+use crate::plan::PlanResult;
 
 const STYLE: &str = include_str!("style.css");
+
+/// The page of a result, if its kind has one.
+pub fn of(result: &PlanResult) -> Option<String> {
+    match result {
+        PlanResult::Family(result) => Some(family(result)),
+        PlanResult::Comparison(result) => Some(comparison(result)),
+        PlanResult::Trajectory(_) | PlanResult::Program(_) => None,
+    }
+}
 
 /// A finished piece of markup.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

@@ -10,7 +10,7 @@ use crate::fault::{Faults, escape};
 use crate::optimize::functions::{FUNCTIONS, Function, function, function_names};
 use crate::optimize::{OPTIMIZERS, OptimizerEntry, Settings, optimizer, optimizer_names};
 use crate::plan::limits;
-use crate::plan::prepare::{Check, Common, check_population, resolve_robot};
+use crate::plan::prepare::{Check, Common, check_name, check_population, resolve_robot};
 use crate::plan::prepared::PreparedWaypoints;
 use crate::plan::request::{Clock, Constraints, OptimizerChoice, WaypointsTask};
 use crate::trajectory::JointBounds;
@@ -20,9 +20,6 @@ const MAX_RUN_EVALUATIONS: u64 = 1_000_000_000;
 
 /// Most evaluations of all runs together: days of one core.
 const MAX_EVALUATIONS: f64 = 1e11;
-
-/// Most characters of a problem's name or a method's label.
-const MAX_NAME: usize = 64;
 
 /// A valid comparison or benchmark, ready to run.
 pub(in crate::plan) struct PreparedStudy {
@@ -217,16 +214,6 @@ fn check_problems(
         prepared.extend(check_problem(problem, common, &place, faults));
     }
     prepared
-}
-
-/// A name of 1 to 64 characters that is not taken yet.
-fn check_name<'a>(name: &'a str, place: &str, taken: &mut HashSet<&'a str>, faults: &mut Faults) {
-    if !(1..=MAX_NAME).contains(&name.chars().count()) {
-        faults.add(place, format!("a name has 1 to {MAX_NAME} characters"));
-    }
-    if !taken.insert(name) {
-        faults.add(place, format!("another one is called `{name}`; give each its own"));
-    }
 }
 
 fn check_problem(

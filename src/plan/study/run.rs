@@ -1,9 +1,8 @@
 //! Runs methods side by side: every run writes its own place, so the result
 //! does not depend on how many threads there are.
 
-use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
-use std::thread;
 
 use super::prepare::{PreparedStudy, StudyMethod, StudyProblem, TimingStudy};
 use super::result::{BestRun, ComparisonResult, KnownOptimum, ProblemResult};
@@ -19,6 +18,7 @@ use crate::plan::error::PlanError;
 use crate::plan::optimum::Optimum;
 use crate::plan::prepared::Progress;
 use crate::plan::result::PlanResult;
+use crate::plan::side_by_side::side_by_side;
 use crate::plan::waypoints::pose;
 use crate::trajectory::interpolation::Timing;
 use crate::trajectory::kernel::Kernel;
@@ -230,32 +230,6 @@ impl Session<'_> {
     }
 }
 
-/// The results of `work` for 0 to `count - 1`, in this order, from as many
-/// threads as the pool has.
-///
-/// The threads are not the pool's own: a run may last minutes, and the short
-/// pieces of work that other jobs leave to the pool would wait for it.
-fn side_by_side<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
-    let next = AtomicUsize::new(0);
-    let take = || -> Vec<(usize, T)> {
-        let indices = std::iter::repeat_with(|| next.fetch_add(1, Ordering::Relaxed));
-        indices.take_while(|&index| index < count).map(|index| (index, work(index))).collect()
-    };
-    let helpers = rayon::current_num_threads().min(count).saturating_sub(1);
-    let mut done = thread::scope(|scope| {
-        // A thread that cannot be had leaves its share to the others.
-        let spawn = |_| thread::Builder::new().spawn_scoped(scope, take).ok();
-        let helpers: Vec<_> = (0..helpers).filter_map(spawn).collect();
-        let mut done = take();
-        for helper in helpers {
-            done.extend(helper.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)));
-        }
-        done
-    });
-    done.sort_unstable_by_key(|(index, _)| *index);
-    done.into_iter().map(|(_, result)| result).collect()
-}
-
 /// One run of one method.
 struct Job<'a> {
     index: usize,
@@ -421,6 +395,7 @@ impl<'a> Watch<'a> {
             lower_bound: self.lower_bound,
             leg: Some(self.problem.to_owned()),
             method: Some(self.method.to_owned()),
+            members: None,
         });
     }
 }

@@ -27,6 +27,11 @@ const EASY: f64 = 0.9;
 /// Shortest ramp that stands for a jump of velocity, as a share of the whole motion.
 const SHORTEST_RAMP: f64 = 1e-6;
 
+/// How fast cells grow at most from a waypoint towards the middle of a segment, and the share of the segment up to
+/// which they do where ramps are shortest.
+const GROWTH: f64 = 4.0;
+const LONGEST_CELL: f64 = 0.2;
+
 /// Units: seconds per unit of time, rad or m per unit of each joint's length.
 #[derive(Clone, Debug)]
 pub struct Units {
@@ -92,7 +97,7 @@ pub fn effective(ways: &[Vec<f64>], limits: &[KernelLimits]) -> Vec<KernelLimits
     limits
 }
 
-/// A problem with `cells` equal cells per segment, and a point inside its limits.
+/// A problem with `cells` cells per segment, and a point inside its limits.
 ///
 pub fn pose(
     ways: &[Vec<f64>],
@@ -143,11 +148,55 @@ pub fn pose(
             change[at].0[joint % WIDTH] = way / units.length[joint];
         }
     }
-    let shares = vec![Lanes([1.0 / cells as f64; WIDTH]); groups.len() * segments * cells];
+    let mut shares = vec![Lanes([1.0 / cells as f64; WIDTH]); groups.len() * segments * cells];
+    for (joint, limit) in limits.iter().enumerate() {
+        let ramp = ramp(limit.derivatives);
+        for (segment, duration) in durations.iter().enumerate() {
+            let first = (joint / WIDTH * segments + segment) * cells;
+            for (q, share) in division(cells, ramp / duration).enumerate() {
+                shares[first + q].0[joint % WIDTH] = share;
+            }
+        }
+    }
     let problem = Problem { segments, cells, groups, change, shares };
     let durations: Vec<f64> = durations.iter().map(|h| (h / units.time).max(1e-6) * EASE).collect();
     let point = start(&problem, durations, mu);
     (problem, point, units)
+}
+
+/// How long a joint takes from rest to its highest speed, s; infinite if it has none.
+fn ramp([velocity, acceleration, jerk]: [f64; 3]) -> f64 {
+    if velocity.is_infinite() {
+        f64::INFINITY
+    } else if velocity * jerk >= acceleration * acceleration {
+        velocity / acceleration + acceleration / jerk
+    } else {
+        2.0 * libm::sqrt(velocity / jerk)
+    }
+}
+
+/// Shares of an even number of cells in their segment, the same from both ends, for a joint whose ramps take
+/// the share `ramp` of it.
+///
+/// A joint that reaches its speed limit in a moment does all that matters next to the waypoints. Equal
+/// cells would be far longer than its ramps, and the coarse programme
+/// would not see what its speed there is worth. So its first cell is half a ramp, and cells grow
+/// towards the middle until they are equal.
+fn division(cells: usize, ramp: f64) -> impl Iterator<Item = f64> {
+    let equal = 1.0 / cells as f64;
+    let half = cells / 2;
+    // Short enough cells would not fill the segment: two of the longest must be among them.
+    let shortest = LONGEST_CELL * GROWTH.powi(2 - half as i32);
+    let first = (0.5 * ramp).max(shortest).min(equal);
+    let length = move |q: usize, most: f64| most.min(first * GROWTH.powi(q as i32));
+    let mut range = [equal, 0.5];
+    for _ in 0..60 {
+        let most = 0.5 * (range[0] + range[1]);
+        let sum: f64 = (0..half).map(|q| length(q, most)).sum();
+        range[usize::from(sum > 0.5)] = most;
+    }
+    let graded = first < equal;
+    (0..cells).map(move |q| if graded { length(q.min(cells - 1 - q), range[0]) } else { equal })
 }
 
 /// Stops at every waypoint but the ends, along fifth-order polynomials.
@@ -157,16 +206,20 @@ fn start(problem: &Problem, durations: Vec<f64>, mu: f64) -> Iterate {
     for group in 0..problem.groups.len() {
         for (segment, h) in durations.iter().enumerate() {
             let way = problem.change[group * n + segment];
+            let mut passed = Lanes::ZERO;
             for q in 0..k {
-                let u = (q + 1) as f64 / k as f64;
-                let (u2, u3) = (u * u, u * u * u);
+                passed = passed + problem.shares[(group * n + segment) * k + q];
                 let mut cell = Cell::ZERO;
                 if q + 1 == k {
                     cell.s[0] = way;
                 } else {
-                    cell.s[0] = way * (10.0 * u3 - 15.0 * u2 * u2 + 6.0 * u3 * u2);
-                    cell.s[1] = way * ((30.0 * u2 - 60.0 * u3 + 30.0 * u2 * u2) / h);
-                    cell.s[2] = way * ((60.0 * u - 180.0 * u2 + 120.0 * u3) / (h * h));
+                    for lane in 0..WIDTH {
+                        let (u, way) = (passed.0[lane], way.0[lane]);
+                        let (u2, u3) = (u * u, u * u * u);
+                        cell.s[0].0[lane] = way * (10.0 * u3 - 15.0 * u2 * u2 + 6.0 * u3 * u2);
+                        cell.s[1].0[lane] = way * ((30.0 * u2 - 60.0 * u3 + 30.0 * u2 * u2) / h);
+                        cell.s[2].0[lane] = way * ((60.0 * u - 180.0 * u2 + 120.0 * u3) / (h * h));
+                    }
                 }
                 cells.push(cell);
             }
@@ -205,8 +258,9 @@ pub fn follow(
             for (joint, phases) in guess.phases.iter().enumerate() {
                 let (group, lane) = (joint / WIDTH, joint % WIDTH);
                 let speed = units.time / (units.length[joint] * slower);
+                let mut u = 0.0;
                 for q in 0..k {
-                    let u = (q + 1) as f64 / k as f64;
+                    u += problem.shares[group * all + segment * k + q].0[lane];
                     let [x, v, a, _] = sample(&phases[segment], u * duration);
                     let cell = &mut point.cells[group * all + segment * k + q];
                     if q + 1 < k {
@@ -291,9 +345,11 @@ fn run(problem: &Problem, point: &mut Iterate, segment: usize, at_goal: bool) {
             let near = if at_goal { g.goal[0] } else { g.start[0] }.0[lane];
             let far = 2.0 * way / h - near;
             let [from, to] = if at_goal { [far, near] } else { [near, far] };
+            let mut u = 0.0;
             for q in 0..k {
-                let u = (q + 1) as f64 / k as f64;
-                let cell = &mut point.cells[(group * n + segment) * k + q];
+                let index = (group * n + segment) * k + q;
+                u += problem.shares[index].0[lane];
+                let cell = &mut point.cells[index];
                 if q + 1 < k {
                     cell.s[0].0[lane] = h * u * (from + 0.5 * u * (to - from));
                 }

@@ -27,7 +27,7 @@
 //! one small system in the durations, the only place where curvature can be
 //! negative. There the magnitudes of its eigenvalues replace them, see [`interior_point`].
 //!
-//! First all cells of a segment are equal and few. Then those in which the jerk
+//! First a segment has few cells, equal but for joints with short ramps. Then those in which the jerk
 //! switches are halved again and again ([`refine`]), and the second solution starts from the first.
 //!
 //! # What is delivered
