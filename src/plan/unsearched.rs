@@ -62,6 +62,7 @@ impl Run<'_> {
             reference: None,
             front: None,
             optimum: None,
+            without_tcp_limit: None,
         }
     }
 
@@ -150,6 +151,7 @@ impl Run<'_> {
             reference: None,
             front: None,
             optimum,
+            without_tcp_limit: None,
         })
     }
 }
