@@ -93,7 +93,8 @@ pub fn validate(
     };
     let seed = request.seed;
     // A task that is none has at least one fault.
-    let prepared = |task| PreparedPlan { robot, limits, tcp_speed, seed, task, side_by_side: false };
+    let prepared =
+        |task| PreparedPlan { robot, limits, tcp_speed, seed, task, side_by_side: false };
     faults.into_result(task)?.map(prepared).ok_or_else(Faults::default)
 }
 

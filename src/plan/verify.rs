@@ -120,10 +120,8 @@ pub fn verify(
     let due: Vec<(f64, &[f64])> =
         waypoints.iter().map(|waypoint| (waypoint.time, waypoint.position.as_slice())).collect();
     faults.into_result(())?;
-    let tcp_limit = robot
-        .kinematics()
-        .zip(tcp_speed)
-        .map(|(kinematics, speed)| TcpLimit { kinematics, speed });
+    let tcp_limit =
+        robot.kinematics().zip(tcp_speed).map(|(kinematics, speed)| TcpLimit { kinematics, speed });
     let certificate = Certificate::new(&trajectory, &limits, &due);
     Ok(certificate.with_tcp_limit(&trajectory, tcp_limit.as_ref()))
 }

@@ -214,7 +214,8 @@ impl Certificate {
             });
         }
         let provenance = Some("request".to_owned());
-        self.tcp_speed = Some(Peak { peak: finite, at, limit: Some(limit.speed), ratio, provenance });
+        self.tcp_speed =
+            Some(Peak { peak: finite, at, limit: Some(limit.speed), ratio, provenance });
         self
     }
 }

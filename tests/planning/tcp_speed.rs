@@ -137,14 +137,16 @@ fn request(robot: &str, interpolation: &str, speed: Option<f64>) -> Value {
 
 fn with_ur5e(interpolation: &str, speed: Option<f64>) -> Value {
     let mut request = request("ur5e", interpolation, speed);
-    merge(&mut request, json!({"limits": {"acceleration": 8.0, "jerk": 80.0}}));
+    let jerk = if interpolation == "trapezoidal" { json!(null) } else { json!(80.0) };
+    merge(&mut request, json!({"limits": {"acceleration": 8.0}}));
+    request["limits"]["jerk"] = jerk;
     request
 }
 
 /// Whatever the curve, the plan keeps the limit, uses it, and tells what that costs.
 #[test]
 fn plans_keep_the_limit() {
-    for interpolation in ["quintic", "bspline", "jerk_limited"] {
+    for interpolation in ["quintic", "trapezoidal", "jerk_limited"] {
         let fast = plan(with_ur5e(interpolation, None));
         assert_eq!(fast.certificate.tcp_speed, None);
         assert_eq!(fast.metrics.without_tcp_limit, None);
@@ -153,7 +155,7 @@ fn plans_keep_the_limit() {
         assert!(certificate.lawful, "{interpolation}: {:?}", certificate.violations);
         let tcp = certificate.tcp_speed.as_ref().unwrap();
         let peak = tcp.peak.unwrap();
-        assert!(peak <= 0.25 * (1.0 + 1e-9) && peak > 0.249, "{interpolation}: {tcp:?}");
+        assert!(peak <= 0.25 * (1.0 + 1e-9) && peak > 0.2499, "{interpolation}: {tcp:?}");
         assert_eq!(tcp.limit, Some(0.25));
         assert!((certificate.worst_ratio - tcp.ratio.unwrap()).abs() < 1e-3);
         assert!(slow.duration > 1.5 * fast.duration, "{interpolation}: {}", slow.duration);
@@ -220,7 +222,10 @@ fn what_cannot_be_limited_is_refused() {
     let mut request = scenario("mcb-ab", json!({}));
     request["robot"] = json!({"name": "bare", "joints": (0..6).map(|index|
         json!({"name": format!("j{index}"), "type": "revolute"})).collect::<Vec<_>>()});
-    merge(&mut request, json!({"limits": {"velocity": 1.0, "acceleration": 2.0, "jerk": 9.0, "tcp_speed": 0.25}}));
+    merge(
+        &mut request,
+        json!({"limits": {"velocity": 1.0, "acceleration": 2.0, "jerk": 9.0, "tcp_speed": 0.25}}),
+    );
     let found = faults(request);
     let detail = &found.0.iter().find(|fault| fault.pointer == pointer).unwrap().detail;
     assert!(detail.contains("bare has no kinematics"), "{detail}");
@@ -242,4 +247,48 @@ fn threads_change_nothing() {
     let one = on(1);
     assert_eq!(one, on(2));
     assert_eq!(one, on(8));
+}
+
+/// A sweep over the limit is planned member by member, with "none" among the values.
+#[test]
+fn a_family_sweeps_over_the_limit() {
+    let mut request = with_ur5e("quintic", None);
+    let limits = request["limits"].take();
+    request["limits"] = json!({"acceleration": limits["acceleration"], "jerk": limits["jerk"]});
+    request["task"] = json!({"type": "family", "problem": {"task": request["task"]},
+        "sweep": [{"path": "/limits/tcp_speed", "values": [0.1, 0.25, null]}]});
+    let request = takt::plan::PlanRequest::parse(request).unwrap();
+    let plan = takt::plan::validate(&request, &catalogue::get).unwrap_or_else(|it| panic!("{it}"));
+    let result = plan.run(&takt::budget::Budget::default(), &|_| {}).unwrap();
+    let takt::plan::PlanResult::Family(family) = result else { panic!("a family") };
+    let durations: Vec<f64> = family.members.iter().map(|it| it.duration.unwrap()).collect();
+    assert!((durations[0] / durations[1] - 2.5).abs() < 1e-5, "{durations:?}");
+    assert!(durations[2] < durations[1], "{durations:?}");
+    assert_eq!(family.members[0].most_binding.as_ref().unwrap().limit, "tcp_speed");
+}
+
+/// Anyone's trajectory is held to the limit, and what exceeds it is told in words.
+#[test]
+fn verification_takes_the_limit() {
+    let fast = plan(with_ur5e("quintic", None));
+    let verify = |robot: Value, limits: Value, trajectory: &Value| {
+        let request = json!({"robot": robot, "limits": limits, "trajectory": trajectory});
+        let request = takt::plan::verify::VerifyRequest::parse(request).unwrap();
+        takt::plan::verify::verify(&request, &catalogue::get)
+    };
+    let trajectory = serde_json::to_value(&fast.trajectory).unwrap();
+    let limits = json!({"tcp_speed": 0.25, "acceleration": 8.0, "jerk": 80.0});
+    let found = verify(json!("ur5e"), limits, &trajectory).unwrap();
+    let tcp = found.tcp_speed.as_ref().unwrap();
+    assert!(!found.lawful && tcp.ratio.unwrap() > 1.0 && found.worst_ratio == tcp.ratio.unwrap());
+    assert_eq!((found.violations.len(), found.violations[0].joint.as_str()), (1, "tcp"));
+    let detail = &found.violations[0].detail;
+    assert!(detail.ends_with("s, above its limit of 0.25 m/s"), "{detail}");
+    // A joint that jumps takes the tool along.
+    let jump = json!({"breakpoints": [0.0, 1.0, 2.0], "pieces": [[[0.0, 0.1]], [[0.5, 0.1]]]});
+    let robot = one_joint("revolute", json!({"a": 0.7}));
+    let found = verify(robot, json!({"tcp_speed": 0.25}), &jump).unwrap();
+    let tcp = found.tcp_speed.unwrap();
+    assert_eq!((tcp.peak, tcp.ratio, tcp.at), (None, None, 1.0));
+    assert!(found.violations.iter().any(|it| it.limit == "tcp_speed" && it.value.is_none()));
 }

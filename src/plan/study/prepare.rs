@@ -247,10 +247,7 @@ fn check_problem(
 }
 
 /// Methods are compared by what they search, and none of them knows the tool.
-pub(in crate::plan) fn refuse_tcp_limit(
-    overrides: Option<&LimitOverrides>,
-    faults: &mut Faults,
-) {
+pub(in crate::plan) fn refuse_tcp_limit(overrides: Option<&LimitOverrides>, faults: &mut Faults) {
     if overrides.is_some_and(|overrides| overrides.tcp_speed.is_some()) {
         let detail = "methods are compared within the joints' limits only";
         faults.add("/limits/tcp_speed", detail);
