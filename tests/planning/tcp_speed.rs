@@ -292,3 +292,65 @@ fn verification_takes_the_limit() {
     assert_eq!((tcp.peak, tcp.ratio, tcp.at), (None, None, 1.0));
     assert!(found.violations.iter().any(|it| it.limit == "tcp_speed" && it.value.is_none()));
 }
+
+/// The fastest of all motions is slowed down where the tool is too fast, and not everywhere.
+#[test]
+fn only_fast_segments_are_slowed_down() {
+    let robot = catalogue::get("ur5e").unwrap();
+    let fast = plan(with_ur5e("jerk_limited", None));
+    let highest = peak(&robot, &fast.trajectory, 0.25).upper;
+    for limit in [0.9 * highest, 0.7 * highest, 0.25] {
+        let slow = plan(with_ur5e("jerk_limited", Some(limit)));
+        assert!(slow.certificate.lawful, "{:?}", slow.certificate.violations);
+        let uniform = fast.duration * highest / limit;
+        println!("{limit:.4} m/s: {:.4} s, uniformly {uniform:.4} s", slow.duration);
+        assert!(slow.duration < 0.97 * uniform, "{limit}: {} of {uniform}", slow.duration);
+        assert!(slow.duration > fast.duration);
+        assert!(slow.metrics.sensitivities.is_empty());
+        let lower = |result: &takt::plan::TrajectoryResult| result.bound.as_ref().unwrap().lower;
+        assert_eq!(lower(&slow), lower(&fast), "the bound leaves the tool out");
+    }
+}
+
+/// Lower speeds hold in their segments only; without any, nothing changes.
+#[test]
+fn speeds_by_segment_are_kept() {
+    use takt::budget::Budget;
+    use takt::trajectory::jerk_limited::{fastest, fastest_at_speeds};
+    use takt::trajectory::kernel::KernelLimits;
+    let free = [f64::NEG_INFINITY, f64::INFINITY];
+    let limit = KernelLimits { derivatives: [1.0, 4.0, 40.0], position: free };
+    let mut random = Xoshiro256PlusPlus::seed_from_u64(6);
+    // Longer than a window.
+    let count = 25;
+    let mut number = || (random.next_u64() >> 11) as f64 * (-53_f64).exp2();
+    let waypoints: Vec<Vec<f64>> = (0..count).map(|_| vec![number(), 2.0 * number()]).collect();
+    let unlimited = fastest(&waypoints, &[limit; 2]);
+    let same = vec![vec![f64::INFINITY; 2]; count - 1];
+    let found = fastest_at_speeds(&waypoints, &[limit; 2], &same, &Budget::default());
+    let gap = found.durations.iter().sum::<f64>() / unlimited.durations.iter().sum::<f64>();
+    assert!((gap - 1.0).abs() < 0.02, "{gap}");
+    let slow = |segment: usize| if segment % 3 == 1 { 0.3 } else { f64::INFINITY };
+    let speeds: Vec<Vec<f64>> = (0..count - 1).map(|it| vec![slow(it), 2.0 * slow(it)]).collect();
+    let found = fastest_at_speeds(&waypoints, &[limit; 2], &speeds, &Budget::default());
+    assert!(found.converged && !found.stops);
+    let mut state = takt::trajectory::KinematicState::new(2);
+    let mut highest = vec![[0.0f64; 2]; count - 1];
+    for (segment, ends) in found.times.windows(2).enumerate() {
+        for k in 0..=200 {
+            let t = ends[0] + (ends[1] - ends[0]) * f64::from(k) / 200.0;
+            found.trajectory.sample(t, &mut state);
+            for joint in 0..2 {
+                highest[segment][joint] = highest[segment][joint].max(state.velocity[joint].abs());
+            }
+        }
+    }
+    for (segment, peaks) in highest.iter().enumerate() {
+        for (peak, limit) in peaks.iter().zip(&speeds[segment]) {
+            assert!(*peak <= limit.min(1.0) * (1.0 + 1e-9), "segment {segment}: {peak} {limit}");
+        }
+    }
+    let slowest = highest.iter().enumerate().filter(|(segment, _)| segment % 3 == 1);
+    assert!(slowest.clone().any(|(_, peaks)| peaks[0] > 0.299 || peaks[1] > 0.599));
+    assert!(highest.iter().flatten().any(|peak| *peak > 0.9), "others go faster");
+}
