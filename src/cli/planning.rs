@@ -235,7 +235,8 @@ fn verify_requests(document: Value) -> Vec<Value> {
     }
 }
 
-/// Asks for a certificate of a result within the limits it was planned for.
+/// Asks for a certificate of a result within the limits it was planned for. A result holds no kinematics, which
+/// the limit of the tool's speed needs: the catalogue may know them.
 fn verify_request(result: &TrajectoryResult) -> Value {
     let joints: Vec<Value> = result
         .certificate
@@ -258,9 +259,16 @@ fn verify_request(result: &TrajectoryResult) -> Value {
         .collect();
     let due = result.waypoint_times.iter().zip(&result.waypoints);
     let due = due.map(|(time, position)| json!({"time": time, "position": position}));
-    json!({
+    let mut request = json!({
         "robot": {"name": result.robot, "joints": joints},
         "trajectory": result.trajectory,
         "waypoints": due.collect::<Vec<_>>(),
-    })
+    });
+    if let Some(tcp) = &result.certificate.tcp_speed {
+        let known = catalogue::get(&result.robot);
+        let kinematics = known.and_then(|robot| robot.description().kinematics.clone());
+        request["robot"]["kinematics"] = json!(kinematics);
+        request["limits"] = json!({ "tcp_speed": tcp.limit });
+    }
+    request
 }

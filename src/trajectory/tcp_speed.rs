@@ -64,6 +64,8 @@ struct Span {
     to: f64,
     /// At its two ends.
     speeds: [f64; 2],
+    /// A bound on the tool's jerk in its piece.
+    jerk: f64,
 }
 
 impl Ord for Span {
@@ -96,19 +98,11 @@ impl TcpLimit<'_> {
     /// The largest speed between two times, s.
     pub fn peak_between(&self, trajectory: &Trajectory, window: [f64; 2]) -> TcpPeak {
         let mut search = Search::new(self, trajectory);
-        for piece in 0..trajectory.pieces.len() {
+        let [first, last] = window.map(|t| trajectory.locate(t).0);
+        for piece in first..=last {
             search.add_piece(piece, window);
         }
         search.run()
-    }
-
-    /// The speed at time `t`, m/s; zero outside the trajectory, where the robot stands.
-    pub fn speed_at(&self, trajectory: &Trajectory, t: f64) -> f64 {
-        if t < 0.0 || t > trajectory.duration() {
-            return 0.0;
-        }
-        let (piece, local) = trajectory.locate(t);
-        Search::new(self, trajectory).speed(piece, local)
     }
 }
 
@@ -116,8 +110,6 @@ impl TcpLimit<'_> {
 struct Search<'a> {
     limit: &'a TcpLimit<'a>,
     trajectory: &'a Trajectory,
-    /// Per piece, a bound on the tool's jerk; zero until the piece is added.
-    jerks: Vec<f64>,
     open: BinaryHeap<Span>,
     best: (f64, f64),
     position: Vec<f64>,
@@ -132,7 +124,6 @@ impl<'a> Search<'a> {
         Self {
             limit,
             trajectory,
-            jerks: vec![0.0; trajectory.pieces.len()],
             open: BinaryHeap::new(),
             best: (0.0, 0.0),
             position: vec![0.0; dof],
@@ -156,15 +147,15 @@ impl<'a> Search<'a> {
             JointRange { position: peak(0), derivatives: [peak(1), peak(2), peak(3)] }
         };
         let joints: Vec<JointRange> = self.trajectory.pieces[piece].iter().map(range).collect();
-        self.jerks[piece] = self.limit.kinematics.tool_jerk_bound(&joints);
+        let jerk = self.limit.kinematics.tool_jerk_bound(&joints);
         let speeds = [from, to].map(|local| self.look(piece, local));
-        self.add(Span { bound: 0.0, piece, from, to, speeds });
+        self.add(Span { bound: 0.0, piece, from, to, speeds, jerk });
     }
 
     /// Adds a span, whose bound is still missing, unless it cannot hold the peak.
     fn add(&mut self, mut span: Span) {
         let width = span.to - span.from;
-        let excess = self.jerks[span.piece] * width * width / 8.0;
+        let excess = span.jerk * width * width / 8.0;
         let bound = span.speeds[0].max(span.speeds[1]) + excess;
         // What cannot be computed is not bounded.
         span.bound = if bound.is_nan() { f64::INFINITY } else { bound };
