@@ -20,7 +20,7 @@ const ROUNDINGS: usize = 4;
 const ROUNDS: usize = 8;
 
 /// A segment whose peak is between these shares of the limit keeps its speeds.
-const CLOSE: [f64; 2] = [0.99, 1.0005];
+const CLOSE: [f64; 2] = [0.998, 1.0005];
 
 /// Least limit of a joint's velocity in a segment, as a share of its peak in the whole motion: a joint that
 /// hardly moved there may have to, once others are slower.
