@@ -1,6 +1,7 @@
 //! From a `PlanRequest` to a `PlanResult`: synchronous, without I/O.
 
 pub mod cell;
+mod ends;
 mod error;
 mod family;
 mod limits;

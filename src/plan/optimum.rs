@@ -24,21 +24,33 @@ impl Optimum {
     /// Plans the fastest motion through `waypoints`, as far as `budget` allows.
     pub fn find(waypoints: &[Vec<f64>], limits: &[JointBounds], budget: &Budget) -> Self {
         let rows: Vec<KernelLimits> = limits.iter().map(|limit| limit.kernel(3)).collect();
-        Self::of(&fastest_within(waypoints, &rows, budget, &mut |_| {}), waypoints, limits)
+        let found = fastest_within(waypoints, &rows, budget, &mut |_| {});
+        Self::of(&found, waypoints, limits, [true; 2])
     }
 
     /// What the fastest motion found says; it must have been planned with all limits.
-    pub fn of(found: &Fastest, waypoints: &[Vec<f64>], limits: &[JointBounds]) -> Self {
+    /// `rests` says whether it rests at the start, and at the goal.
+    pub fn of(
+        found: &Fastest,
+        waypoints: &[Vec<f64>],
+        limits: &[JointBounds],
+        rests: [bool; 2],
+    ) -> Self {
         Self {
             duration: found.trajectory.duration(),
-            bound: LowerBound::proven(waypoints, limits, found.lower),
+            bound: LowerBound::proven(waypoints, limits, rests, found.lower),
             sensitivities: sensitivities(found, limits),
         }
     }
 }
 
-/// What one percent more of each limit saves, most first.
+/// What one percent more of each limit saves, most first; nothing where closed forms join states of
+/// motion, which do not tell.
 fn sensitivities(found: &Fastest, limits: &[JointBounds]) -> Vec<Sensitivity> {
+    let tells = |row: &Vec<[f64; 3]>| row.iter().flatten().any(|gain| *gain > 0.0);
+    if !found.gains.iter().all(tells) {
+        return Vec::new();
+    }
     let least = LEAST_SAVING * found.trajectory.duration();
     let mut all = Vec::new();
     for (joint, limit) in limits.iter().enumerate() {

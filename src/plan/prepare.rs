@@ -193,7 +193,9 @@ impl Check<'_> {
             let segments = task.waypoints.len().saturating_sub(1);
             check_population(segments, settings, &format!("{pointer}/optimizer"), faults);
         }
-        if faults.0.len() == before {
+        let sound = faults.0.len() == before;
+        let ends = self.ends(task, interpolation, sound, pointer, faults);
+        if sound {
             self.fit(task, interpolation, pointer, faults);
         }
         let (Some(optimizer), Some(settings)) = (optimizer, settings) else { return None };
@@ -210,6 +212,7 @@ impl Check<'_> {
             weights: task.objective.unwrap_or(ObjectiveWeights::TIME),
             pareto: task.pareto.clone(),
             fixed: task.fixed_durations.clone(),
+            ends,
         })
     }
 
@@ -426,6 +429,7 @@ impl Check<'_> {
             );
             faults.add(format!("{place}/task/waypoints/0/{joint}"), detail);
         }
+        super::ends::connection(before, leg, self.limits, place, faults);
     }
 }
 

@@ -12,8 +12,8 @@ use super::request::{Clock, ConstraintHandling, Constraints, DurationGoal, Durat
 use super::study::PreparedStudy;
 use crate::optimize::{OptimizerEntry, Settings};
 use crate::robot::Robot;
-use crate::trajectory::JointBounds;
 use crate::trajectory::interpolation::{Interpolation, Timing};
+use crate::trajectory::{Ends, JointBounds};
 
 /// A change of position below this counts as none, rad or m.
 pub(super) const LEAST_WAY: f64 = 1e-12;
@@ -116,6 +116,8 @@ pub(super) struct PreparedWaypoints {
     pub pareto: Option<Box<ParetoRequest>>,
     /// Durations that leave nothing to search.
     pub fixed: Option<Vec<f64>>,
+    /// None if both are at rest.
+    pub ends: Option<Ends>,
 }
 
 impl PreparedPlan {
@@ -174,6 +176,11 @@ impl PreparedPlan {
 }
 
 impl PreparedWaypoints {
+    /// Whether all joints rest at the start, and at the goal.
+    pub fn rests(&self) -> [bool; 2] {
+        self.ends.as_ref().map_or([true; 2], Ends::rests)
+    }
+
     /// Roughly how long one evaluation takes, s.
     pub fn evaluation_s(&self) -> f64 {
         let (segments, dof) = (self.waypoints.len() - 1, self.waypoints[0].len());

@@ -63,7 +63,7 @@ pub enum Task {
 /// The names of all tasks, as `type` takes them.
 pub const TASKS: &[&str] = &["waypoints", "program", "family", "comparison", "benchmark"];
 
-/// Pass through joint waypoints in the least time, at rest at both ends.
+/// Pass through joint waypoints in the least time, at rest at both ends unless they say otherwise.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WaypointsTask {
@@ -102,6 +102,25 @@ pub struct WaypointsTask {
     /// fails if they break a limit. So a front's point is planned again.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fixed_durations: Option<Vec<f64>>,
+    /// With `jerk_limited`, the motion at the first waypoint; default: at rest.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub start: Option<EndMotion>,
+    /// With `jerk_limited`, the motion at the last waypoint; default: at rest.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub goal: Option<EndMotion>,
+}
+
+/// How the joints move at one end of a motion, as where a robot is re-planned while it moves.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct EndMotion {
+    /// Velocity in joint order, rad/s or m/s; default: zero.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub velocity: Option<Vec<f64>>,
+    /// Acceleration in joint order, rad/s² or m/s²; default: zero. Of no meaning for a joint
+    /// without a jerk limit, whose acceleration may jump.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub acceleration: Option<Vec<f64>>,
 }
 
 fn default_interpolation() -> String {

@@ -1,5 +1,7 @@
 //! Motions whose durations no optimizer searches.
 
+use serde_json::json;
+
 use super::error::PlanError;
 use super::optimum::Optimum;
 use super::prepared::Progress;
@@ -8,7 +10,8 @@ use crate::budget::StopReason;
 use crate::optimize::{ConvergencePoint, Solution};
 use crate::trajectory::Trajectory;
 use crate::trajectory::interpolation::{Profile, ProfileLimits};
-use crate::trajectory::jerk_limited::{Stage, fastest_within};
+use crate::trajectory::jerk_limited::state_to_state::StateFault;
+use crate::trajectory::jerk_limited::{Stage, fastest_between, fastest_within};
 use crate::trajectory::kernel::KernelLimits;
 
 /// Rounds in which a motion loses what rounding left above a limit.
@@ -106,13 +109,20 @@ impl Run<'_> {
             });
             convergence.push(point);
         };
-        let found = fastest_within(&self.task.waypoints, &limits, self.budget, &mut tell);
+        let (waypoints, budget) = (&self.task.waypoints, self.budget);
+        let found = match &self.task.ends {
+            None => fastest_within(waypoints, &limits, budget, &mut tell),
+            Some(ends) => fastest_between(waypoints, &limits, ends, budget, &mut tell)
+                .map_err(|faults| state_error(&faults))?,
+        };
         self.still_wanted()?;
         // With fewer limits than there are the motion says nothing about lawful ones.
-        let optimum =
-            (self.orders() == 3).then(|| Optimum::of(&found, &self.task.waypoints, self.limits));
+        let optimum = (self.orders() == 3)
+            .then(|| Optimum::of(&found, waypoints, self.limits, self.task.rests()));
         let (mut trajectory, mut durations) = (found.trajectory, found.durations);
-        for _ in 0..ROUNDINGS {
+        // Ends in motion would not stand it, and what they leave to rounding is within its tolerance.
+        let rounds = if self.task.ends.is_none() { ROUNDINGS } else { 0 };
+        for _ in 0..rounds {
             let scale = required_scale(&trajectory, self.limits, self.orders());
             if scale <= 1.0 {
                 break;
@@ -142,4 +152,10 @@ impl Run<'_> {
             optimum,
         })
     }
+}
+
+/// States at the ends that validation let through although nothing can be computed from them.
+fn state_error(faults: &[StateFault]) -> PlanError {
+    let faults: Vec<String> = faults.iter().map(StateFault::to_string).collect();
+    PlanError::unreachable(faults.join("; "), json!({ "faults": faults }))
 }

@@ -136,7 +136,8 @@ impl Run<'_> {
 
     /// No lawful trajectory is shorter, s, as far as known before planning.
     pub(super) fn lower_bound(&self) -> Option<f64> {
-        let elementary = || LowerBound::elementary(&self.task.waypoints, self.limits);
+        let (task, limits) = (self.task, self.limits);
+        let elementary = || LowerBound::elementary(&task.waypoints, limits, task.rests());
         let bound = self.optimum.as_ref().map_or_else(elementary, |it| it.bound.clone());
         bound.map(|bound| bound.lower)
     }
@@ -445,7 +446,8 @@ impl Run<'_> {
         let waypoint_times = times(&durations, trajectory.duration());
         let due: Vec<(f64, &[f64])> =
             waypoint_times.iter().copied().zip(waypoints.iter().map(Vec::as_slice)).collect();
-        let certificate = Certificate::new(&trajectory, self.limits, &due);
+        let ends = self.task.ends.as_ref();
+        let certificate = Certificate::joined(&trajectory, self.limits, &due, ends);
         let duration = trajectory.duration();
         let bound = optimum.as_ref().or(self.optimum.as_ref()).and_then(|it| it.bound.clone());
         let bound = bound.map(|bound| bound.against(duration));

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use utoipa::ToSchema;
 
+use super::ends::Ends;
 use super::limits::{DERIVATIVES, JointBounds, Limit};
 use super::polynomial_trajectory::{KinematicState, Trajectory};
 use crate::math::polynomial::{Extremes, derivative_at};
@@ -136,8 +137,22 @@ impl Certificate {
         limits: &[JointBounds],
         waypoints: &[(f64, &[f64])],
     ) -> Self {
-        let studies: Vec<JointStudy> =
-            (0..limits.len()).map(|joint| JointStudy::new(trajectory, joint)).collect();
+        Self::joined(trajectory, limits, waypoints, None)
+    }
+
+    /// The same for a trajectory that continues a motion and is continued: where
+    /// velocity or acceleration at its ends are not those of `ends`, they jump.
+    pub fn joined(
+        trajectory: &Trajectory,
+        limits: &[JointBounds],
+        waypoints: &[(f64, &[f64])],
+        ends: Option<&Ends>,
+    ) -> Self {
+        let study = |joint: usize| {
+            let given = ends.map(|ends| [ends.start[joint], ends.goal[joint]]);
+            JointStudy::new(trajectory, joint, given)
+        };
+        let studies: Vec<JointStudy> = (0..limits.len()).map(study).collect();
         let joints: Vec<JointCertificate> =
             studies.iter().zip(limits).map(|(study, limits)| study.certify(limits)).collect();
         let violations: Vec<Violation> = joints
@@ -219,7 +234,8 @@ struct JointStudy {
 }
 
 impl JointStudy {
-    fn new(trajectory: &Trajectory, joint: usize) -> Self {
+    /// `given` are velocity and acceleration before the start and after the end, where known.
+    fn new(trajectory: &Trajectory, joint: usize, given: Option<[[f64; 2]; 2]>) -> Self {
         let lowest = Largest { value: f64::NEG_INFINITY, at: 0.0 };
         let none = Largest { value: 0.0, at: 0.0 };
         let mut study = Self {
@@ -254,7 +270,7 @@ impl JointStudy {
             before = Some((&joints[joint], extremes));
         }
         study.continuity = study.continuity.min(degree);
-        study.look_at_ends(trajectory, joint);
+        study.look_at_ends(trajectory, joint, given);
         study
     }
 
@@ -268,17 +284,27 @@ impl JointStudy {
         }
     }
 
-    fn look_at_ends(&mut self, trajectory: &Trajectory, joint: usize) {
+    fn look_at_ends(
+        &mut self,
+        trajectory: &Trajectory,
+        joint: usize,
+        given: Option<[[f64; 2]; 2]>,
+    ) {
         let last = trajectory.pieces.len() - 1;
         let length = trajectory.breakpoints[last + 1] - trajectory.breakpoints[last];
         for (side, piece, local) in [(0, 0, 0.0), (1, last, length)] {
             let coefficients = &trajectory.pieces[piece][joint];
-            let velocity = derivative_at(coefficients, 1, local).abs();
-            let acceleration = derivative_at(coefficients, 2, local).abs();
-            self.rests[side] = velocity <= JUMP_TOLERANCE * self.peaks[0].value;
-            if self.rests[side] && acceleration > JUMP_TOLERANCE * self.peaks[1].value {
-                let at = if side == 0 { 0.0 } else { trajectory.duration() };
-                self.blame(Jump { order: 2, size: acceleration, at });
+            let here = [1, 2].map(|order| derivative_at(coefficients, order, local));
+            let tolerances = [0, 1].map(|order| JUMP_TOLERANCE * self.peaks[order].value);
+            self.rests[side] = here[0].abs() <= tolerances[0];
+            let outside = given.map(|ends| ends[side]);
+            let Some(outside) = outside.or(self.rests[side].then_some([0.0; 2])) else { continue };
+            let at = if side == 0 { 0.0 } else { trajectory.duration() };
+            for order in [1, 2] {
+                let size = (here[order - 1] - outside[order - 1]).abs();
+                if size > tolerances[order - 1] {
+                    self.blame(Jump { order, size, at });
+                }
             }
         }
     }

@@ -3,6 +3,7 @@
 mod bound;
 mod certificate;
 mod curve;
+mod ends;
 mod export;
 pub mod front;
 pub mod interpolation;
@@ -18,6 +19,7 @@ pub mod weighted;
 
 pub use bound::{LowerBound, Prices, lower_bound};
 pub use certificate::{Certificate, Clearance, JointCertificate, Peak, PositionRange, Violation};
+pub use ends::Ends;
 pub use export::{
     ExportError, JointTrajectory, JointTrajectoryPoint, MAX_SAMPLES, Quantity, RosDuration,
     Samples, Timeline, UnknownQuantity,

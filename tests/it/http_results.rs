@@ -62,6 +62,24 @@ async fn the_fastest_motion_is_planned_drawn_and_told() {
     assert!(refused["errors"][0]["detail"].as_str().unwrap().contains("leave out"), "{refused}");
 }
 
+/// A robot that moves is planned from its motion, and its result says so.
+#[tokio::test]
+async fn a_motion_goes_on_from_where_the_robot_is() {
+    let server = Server::start().await;
+    let mut job = quick_job();
+    job["task"]["interpolation"] = json!("jerk_limited");
+    let joints = job["task"]["waypoints"][0].as_array().unwrap().len();
+    let mut velocity = vec![0.0; joints];
+    velocity[0] = 0.1;
+    job["task"]["start"] = json!({"velocity": velocity});
+    let address = server.succeeded(&job).await;
+    let result = server.json(&format!("{address}/result")).await;
+    assert_eq!(result["certificate"]["lawful"], true);
+    assert_eq!(result["certificate"]["starts_at_rest"], false);
+    let slope = result["trajectory"]["pieces"][0][0][1].as_f64().unwrap();
+    assert!((slope - 0.1).abs() <= 1e-9, "{slope}");
+}
+
 #[tokio::test]
 async fn trajectories_come_as_polynomials_samples_csv_and_ros_messages() {
     let server = Server::start().await;

@@ -4,9 +4,9 @@ use super::{MessageForm, Place};
 use crate::fault::Faults;
 use crate::grpc::proto;
 use crate::plan::{
-    Clock, ConstraintHandling, Constraints, DurationGoal, DurationRange, Leg, LimitOverride,
-    LimitOverrides, LimitScale, LimitValues, ObjectiveWeights, OptimizerChoice, ParetoMethod,
-    ParetoRequest, PlanRequest, ProgramTask, RobotRef, TASKS, Task, WaypointsTask,
+    Clock, ConstraintHandling, Constraints, DurationGoal, DurationRange, EndMotion, Leg,
+    LimitOverride, LimitOverrides, LimitScale, LimitValues, ObjectiveWeights, OptimizerChoice,
+    ParetoMethod, ParetoRequest, PlanRequest, ProgramTask, RobotRef, TASKS, Task, WaypointsTask,
 };
 use crate::robot::RobotDescription;
 use crate::trajectory::objective::ObjectiveName;
@@ -20,6 +20,8 @@ message_form!(Leg { name, note, task: Required });
 message_form!(OptimizerChoice { name, parameters });
 
 message_form!(DurationRange { min, max });
+
+message_form!(EndMotion { velocity, acceleration });
 
 message_form!(ObjectiveWeights { time, rms_jerk, energy });
 
@@ -128,6 +130,8 @@ impl MessageForm<proto::WaypointsTask> for WaypointsTask {
             objective,
             pareto,
             fixed_durations,
+            start,
+            goal,
         } = self;
         proto::WaypointsTask {
             waypoints: waypoints.into_message(),
@@ -141,6 +145,8 @@ impl MessageForm<proto::WaypointsTask> for WaypointsTask {
             objective: objective.into_message(),
             pareto: pareto.into_message(),
             fixed_durations: fixed_durations.into_message(),
+            start: start.into_message(),
+            goal: goal.into_message(),
         }
     }
 
@@ -157,6 +163,8 @@ impl MessageForm<proto::WaypointsTask> for WaypointsTask {
             objective,
             pareto,
             fixed_durations,
+            start,
+            goal,
         } = message;
         let super::Defaulted(optimizer) =
             MessageForm::from_message(optimizer, place.field("optimizer"), faults);
@@ -179,6 +187,8 @@ impl MessageForm<proto::WaypointsTask> for WaypointsTask {
                 place.field("fixed_durations"),
                 faults,
             ),
+            start: MessageForm::from_message(start, place.field("start"), faults),
+            goal: MessageForm::from_message(goal, place.field("goal"), faults),
         }
     }
 }

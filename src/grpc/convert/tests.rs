@@ -48,6 +48,8 @@ fn waypoints_task() -> Value {
         "pareto": {"objectives": ["time", "rms_jerk", "energy"], "points": 9, "method": "nsga2",
             "max_stretch": 3.0, "population": 40, "generations": 50},
         "fixed_durations": [0.5],
+        "start": {"velocity": [0.1, 0.2, 0.3], "acceleration": [0.4, 0.5, 0.6]},
+        "goal": {"velocity": [0.7, 0.8, 0.9], "acceleration": [1.0, 1.1, 1.2]},
     })
 }
 
@@ -479,6 +481,7 @@ fn objects() -> BTreeMap<&'static str, Value> {
         ("PlanRequest", plan),
         ("WaypointsTask", task.clone()),
         ("DurationRange", task["durations"].clone()),
+        ("EndMotion", task["start"].clone()),
         ("ObjectiveWeights", task["objective"].clone()),
         ("ParetoRequest", task["pareto"].clone()),
         ("ProgramTask", without(request["task"].clone(), &["type"])),

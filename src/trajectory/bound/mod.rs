@@ -32,18 +32,38 @@ pub struct LowerBound {
 
 impl LowerBound {
     /// What the limits say at once, without any trajectory: see [`elementary`]. None if nothing.
-    pub fn elementary(waypoints: &[Vec<f64>], limits: &[JointBounds]) -> Option<Self> {
-        let method = "way over speed limit, with ramps within acceleration and jerk at both ends";
-        Self::new(elementary(waypoints, limits) * (1.0 - ROUNDING), method)
+    /// `rests` says whether all joints rest at the start, and at the goal.
+    pub fn elementary(
+        waypoints: &[Vec<f64>],
+        limits: &[JointBounds],
+        rests: [bool; 2],
+    ) -> Option<Self> {
+        let method = match rests {
+            [true, true] => {
+                "way over speed limit, with ramps within acceleration and jerk at both ends"
+            }
+            [false, false] => "way over speed limit",
+            _ => {
+                "way over speed limit, with a ramp within acceleration and jerk at the end at rest"
+            }
+        };
+        Self::new(elementary(waypoints, limits, rests) * (1.0 - ROUNDING), method)
     }
 
-    /// The better of the elementary bound and `lower`, which [`lower_bound`] found.
-    pub fn proven(waypoints: &[Vec<f64>], limits: &[JointBounds], lower: f64) -> Option<Self> {
-        let method = match waypoints.len() {
-            2 => "the slowest joint's optimum from rest to rest",
+    /// The better of the elementary bound and `lower`, which [`lower_bound`] found or, between
+    /// two states of motion, the exact optimum.
+    pub fn proven(
+        waypoints: &[Vec<f64>],
+        limits: &[JointBounds],
+        rests: [bool; 2],
+        lower: f64,
+    ) -> Option<Self> {
+        let method = match (waypoints.len(), rests) {
+            (2, [true, true]) => "the slowest joint's optimum from rest to rest",
+            (2, _) => "the shortest duration that every joint can have between the two states",
             _ => "segments priced by the states they share (docs/BOUND.md)",
         };
-        let elementary = Self::elementary(waypoints, limits);
+        let elementary = Self::elementary(waypoints, limits, rests);
         elementary.filter(|bound| bound.lower > lower).or_else(|| Self::new(lower, method))
     }
 
@@ -84,13 +104,14 @@ pub fn lower_bound(
 ///
 /// Every segment lasts at least as long as its slowest joint needs with the speed it
 /// can have reached, and the whole at least as long as any joint needs for its way
-/// from rest to rest, whatever the curve.
-fn elementary(waypoints: &[Vec<f64>], limits: &[JointBounds]) -> f64 {
+/// from rest to rest, whatever the curve. An end that does not rest has no ramp.
+fn elementary(waypoints: &[Vec<f64>], limits: &[JointBounds], rests: [bool; 2]) -> f64 {
     let segments = waypoints.len() - 1;
+    let [first, last] = rests.map(usize::from);
     let mut by_segments = 0.0;
     let mut ways = vec![0.0; limits.len()];
     for segment in 0..segments {
-        let ramps = usize::from(segment == 0) + usize::from(segment + 1 == segments);
+        let ramps = first * usize::from(segment == 0) + last * usize::from(segment + 1 == segments);
         let mut longest = 0.0f64;
         for (joint, limit) in limits.iter().enumerate() {
             let way = (waypoints[segment + 1][joint] - waypoints[segment][joint]).abs();
@@ -99,9 +120,8 @@ fn elementary(waypoints: &[Vec<f64>], limits: &[JointBounds]) -> f64 {
         }
         by_segments += longest;
     }
-    let by_joints =
-        ways.iter().zip(limits).map(|(way, limit)| shortest(*way, limit, 2)).fold(0.0, f64::max);
-    by_segments.max(by_joints)
+    let of = |(way, limit): (&f64, &JointBounds)| shortest(*way, limit, first + last);
+    by_segments.max(ways.iter().zip(limits).map(of).fold(0.0, f64::max))
 }
 
 /// The least time for `way` when speed is at most `V` and starts (one ramp) or
@@ -153,11 +173,13 @@ mod tests {
     #[test]
     fn is_exact_from_rest_to_rest() {
         let waypoints = |way: f64| [vec![0.0], vec![way]];
-        let bound = |way: f64| elementary(&waypoints(way), &[joint(2.0, 4.0)]);
+        let bound = |way: f64| elementary(&waypoints(way), &[joint(2.0, 4.0)], [true; 2]);
         assert_eq!(bound(4.0), 2.5);
         assert_eq!(bound(0.25), 0.5);
-        assert_eq!(LowerBound::elementary(&waypoints(0.0), &[joint(2.0, 4.0)]), None);
-        let lower = LowerBound::elementary(&waypoints(4.0), &[joint(2.0, 4.0)]).map(|b| b.lower);
+        let proven =
+            |way: f64| LowerBound::elementary(&waypoints(way), &[joint(2.0, 4.0)], [true; 2]);
+        assert_eq!(proven(0.0), None);
+        let lower = proven(4.0).map(|b| b.lower);
         assert!(lower.is_some_and(|lower| (2.5 - 1e-11..2.5).contains(&lower)), "{lower:?}");
     }
 
@@ -167,7 +189,7 @@ mod tests {
         let mut joint = joint(2.0, 4.0);
         joint.derivatives = [None, None, Some(Limit { value: 3.0, provenance: String::new() })];
         let waypoints = [vec![0.0], vec![1.0], vec![0.0]];
-        let bound = elementary(&waypoints, &[joint]);
+        let bound = elementary(&waypoints, &[joint], [true; 2]);
         // The whole way of 2 in one go from rest to rest: cbrt(24 · 2 / 3); the optimum takes cbrt(32 · 2 / 3).
         assert!((bound - libm::cbrt(16.0)).abs() < 1e-12, "{bound}");
     }

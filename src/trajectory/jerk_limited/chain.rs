@@ -128,7 +128,13 @@ impl<'a, S: Simd> Chain<'a, S> {
         let share = self.load(&self.shares[c]);
         let t = share * self.durations[c / self.cells];
         let middle = if c == 0 { self.splat(0.0) } else { self.limits.smooth * 0.5 };
-        View { share, t, d: end[2] - a, x, v, a, end, middle }
+        let (one, two) = (self.splat(1.0), self.splat(2.0));
+        let last = c + 1 == self.all();
+        let room = [
+            if c == 0 || last { two } else { one },
+            if last { one + self.limits.smooth } else { one },
+        ];
+        View { share, t, d: end[2] - a, x, v, a, end, middle, room }
     }
 }
 
@@ -150,6 +156,9 @@ pub struct View<S: Simd> {
     /// Share of `T a` in the middle control point of velocity; none in the first
     /// cell, whose start is given and may lie on a limit.
     pub middle: Vector<S>,
+    /// How many times the limits of velocity at the middle control point and of acceleration at the end
+    /// count: twice where they bound what the start or the goal gives, which may lie on a limit.
+    room: [Vector<S>; 2],
 }
 
 impl<S: Simd> View<S> {
@@ -169,6 +178,7 @@ impl<S: Simd> View<S> {
         let middle = self.v + self.t * self.a * self.middle;
         let [_, v1, a1] = self.end;
         let [velocity, acceleration, jerk] = limits.derivatives;
+        let [most_in_middle, acceleration] = [velocity * self.room[0], acceleration * self.room[1]];
         let most = jerk * self.t;
         [
             most - self.d,
@@ -177,8 +187,8 @@ impl<S: Simd> View<S> {
             acceleration + a1,
             velocity - v1,
             velocity + v1,
-            velocity - middle,
-            velocity + middle,
+            most_in_middle - middle,
+            most_in_middle + middle,
         ]
     }
 

@@ -5,6 +5,7 @@
 //! however far the limits are apart.
 
 use crate::math::lanes::{Lanes, WIDTH};
+use crate::trajectory::Ends;
 use crate::trajectory::kernel::KernelLimits;
 use crate::trajectory::rest_to_rest::quintic;
 
@@ -13,6 +14,15 @@ use super::profile::{Motion, Phase};
 
 /// How much slower than necessary the start is, so that it lies inside the limits.
 const EASE: f64 = 1.1;
+
+/// Shortest start of a segment next to an end in motion, as a share of a slow one.
+const HASTE: f64 = 0.02;
+
+/// Rounds in which the duration of a coasting segment is found.
+const COASTING: usize = 5;
+
+/// Share of the jerk limit that a start uses at most to join accelerations.
+const EASY: f64 = 0.9;
 
 /// Shortest ramp that stands for a jump of velocity, as a share of the whole motion.
 const SHORTEST_RAMP: f64 = 1e-6;
@@ -89,11 +99,10 @@ pub fn effective(ways: &[Vec<f64>], limits: &[KernelLimits]) -> Vec<KernelLimits
 
 /// A problem with `cells` cells per segment, and a point inside its limits.
 ///
-/// `states` are each joint's velocity and acceleration at the start.
 pub fn pose(
     ways: &[Vec<f64>],
     limits: &[KernelLimits],
-    states: &[[f64; 2]],
+    ends: &Ends,
     cells: usize,
     mu: f64,
 ) -> (Problem, Iterate, Units) {
@@ -109,6 +118,7 @@ pub fn pose(
                 limits: [Lanes([1.0; WIDTH]); 3],
                 smooth: Lanes([1.0; WIDTH]),
                 start: [Lanes::ZERO; 2],
+                goal: [Lanes::ZERO; 2],
             };
             for lane in 0..used {
                 let joint = group * WIDTH + lane;
@@ -117,11 +127,16 @@ pub fn pose(
                 for (limit, value) in g.limits.iter_mut().zip(values) {
                     limit.0[lane] = value;
                 }
-                let [v, a] = states[joint];
                 let speed = units.time / units.length[joint];
-                g.start[0].0[lane] = v * speed;
-                g.start[1].0[lane] = a * speed * units.time;
+                for (end, [v, a]) in
+                    [(&mut g.start, ends.start[joint]), (&mut g.goal, ends.goal[joint])]
+                {
+                    end[0].0[lane] = v * speed;
+                    end[1].0[lane] = a * speed * units.time;
+                }
                 g.smooth.0[lane] = if values[2] < FREE { 1.0 } else { 0.0 };
+                // Where acceleration may jump, that at the goal is free.
+                g.goal[1].0[lane] *= g.smooth.0[lane];
             }
             g
         })
@@ -184,7 +199,7 @@ fn division(cells: usize, ramp: f64) -> impl Iterator<Item = f64> {
     (0..cells).map(move |q| if graded { length(q.min(cells - 1 - q), range[0]) } else { equal })
 }
 
-/// Stops at every waypoint, along fifth-order polynomials.
+/// Stops at every waypoint but the ends, along fifth-order polynomials.
 fn start(problem: &Problem, durations: Vec<f64>, mu: f64) -> Iterate {
     let (n, k) = (problem.segments, problem.cells);
     let mut cells = Vec::with_capacity(problem.shares.len());
@@ -208,6 +223,9 @@ fn start(problem: &Problem, durations: Vec<f64>, mu: f64) -> Iterate {
                 }
                 cells.push(cell);
             }
+        }
+        if let Some(last) = cells.last_mut() {
+            [last.s[1], last.s[2]] = problem.groups[group].goal;
         }
     }
     let mut point = Iterate {
@@ -256,18 +274,119 @@ pub fn follow(
             }
         }
         ease_in(problem, point);
-        let inside = |group: usize, c: usize, lane: usize| {
-            slack(problem, point, group, c, lane).iter().all(|g| *g > 0.0)
-        };
-        let lanes = |group: usize| 0..problem.groups[group].used;
-        if (0..problem.groups.len())
-            .all(|group| (0..all).all(|c| lanes(group).all(|lane| inside(group, c, lane))))
-        {
+        if is_inside(problem, point) {
             center(problem, point, mu);
             return true;
         }
     }
     false
+}
+
+/// Crosses the segments of `point` that are next to an end in motion about as fast as the joints
+/// go there, where they go the right way.
+///
+/// Often the waypoint can be met in a very short time, then for long not at all, and
+/// again once the joints have swung back. Descent from slow motions finds the far side of such a gap, and
+/// from here the near one. False, and `point` of no use, if there is no such start.
+pub fn hasten(problem: &Problem, point: &mut Iterate, mu: f64) -> bool {
+    let n = problem.segments;
+    let mut hastened = false;
+    for (segment, at_goal) in [(0, false), (n - 1, true)] {
+        let slow = point.durations[segment];
+        let h = coasting(problem, segment, at_goal);
+        if h < slow {
+            point.durations[segment] = h.max(HASTE * slow);
+            run(problem, point, segment, at_goal);
+            hastened = true;
+        }
+    }
+    ease_in(problem, point);
+    let inside = hastened && is_inside(problem, point);
+    if inside {
+        center(problem, point, mu);
+    }
+    inside
+}
+
+/// How long the joints take for a segment, at least nearly and all together, if they keep the acceleration
+/// that they have at its end in motion; infinite if they go the wrong way.
+fn coasting(problem: &Problem, segment: usize, at_goal: bool) -> f64 {
+    let mut h = 0.0;
+    for _ in 0..COASTING {
+        let (mut along, mut speed) = (0.0, 0.0);
+        for (group, g) in problem.groups.iter().enumerate() {
+            let [v, a] = if at_goal { g.goal } else { g.start };
+            let half = if at_goal { -0.5 * h } else { 0.5 * h };
+            for lane in 0..g.used {
+                // The mean velocity, by joint compared with the greatest.
+                let mean = v.0[lane] + half * a.0[lane];
+                let most = g.limits[0].0[lane];
+                along += mean / most
+                    * (problem.change[group * problem.segments + segment].0[lane] / most);
+                speed += mean / most * (mean / most);
+            }
+        }
+        if !(along > 0.0 && speed > 0.0) {
+            return f64::INFINITY;
+        }
+        h = along / speed;
+    }
+    h
+}
+
+/// Lets velocity change evenly over a segment from (at the goal: to) that at its end in motion.
+fn run(problem: &Problem, point: &mut Iterate, segment: usize, at_goal: bool) {
+    let (n, k) = (problem.segments, problem.cells);
+    let h = point.durations[segment];
+    for (group, g) in problem.groups.iter().enumerate() {
+        for lane in 0..g.used {
+            let way = problem.change[group * n + segment].0[lane];
+            let most = 0.9 * g.limits[0].0[lane];
+            let near = if at_goal { g.goal[0] } else { g.start[0] }.0[lane];
+            let far = 2.0 * way / h - near;
+            let [from, to] = if at_goal { [far, near] } else { [near, far] };
+            let mut u = 0.0;
+            for q in 0..k {
+                let index = (group * n + segment) * k + q;
+                u += problem.shares[index].0[lane];
+                let cell = &mut point.cells[index];
+                if q + 1 < k {
+                    cell.s[0].0[lane] = h * u * (from + 0.5 * u * (to - from));
+                }
+                if segment * k + q + 1 < n * k {
+                    cell.s[1].0[lane] = (from + u * (to - from)).max(-most).min(most);
+                    cell.s[2].0[lane] = 0.0;
+                }
+            }
+        }
+    }
+}
+
+/// Whether `point` keeps all limits strictly and leads to the goal.
+fn is_inside(problem: &Problem, point: &Iterate) -> bool {
+    let all = problem.segments * problem.cells;
+    let inside = |group: usize, c: usize, lane: usize| {
+        let counts = |row: usize| c + 1 < all || !(4..6).contains(&row);
+        let slacks = slack(problem, point, group, c, lane);
+        slacks.iter().enumerate().all(|(row, g)| *g > 0.0 || !counts(row))
+    };
+    let lanes = |group: usize| 0..problem.groups[group].used;
+    let groups = 0..problem.groups.len();
+    leads_to_goal(problem, point)
+        && groups
+            .into_iter()
+            .all(|group| (0..all).all(|c| lanes(group).all(|lane| inside(group, c, lane))))
+}
+
+/// Whether `point` ends as its problem's goal demands, which no Newton step would change.
+pub fn leads_to_goal(problem: &Problem, point: &Iterate) -> bool {
+    let all = problem.segments * problem.cells;
+    let ends = point.cells.chunks(all).filter_map(<[Cell]>::last);
+    problem
+        .groups
+        .iter()
+        .zip(ends)
+        .all(|(group, end)| (0..group.used).all(|lane| end.s[2].0[lane] == group.goal[1].0[lane]))
 }
 
 /// State at time `t` of a segment.
@@ -277,14 +396,23 @@ fn sample(phases: &[Phase], t: f64) -> [f64; 4] {
     phase.at((t - phase.start).min(phase.length))
 }
 
-/// Lets acceleration follow from that at the start no faster than jerk allows.
+/// Lets acceleration follow from that at the start, and lead to that at the goal, no faster than
+/// jerk allows.
 fn ease_in(problem: &Problem, point: &mut Iterate) {
     let all = problem.segments * problem.cells;
     for group in 0..problem.groups.len() {
         for lane in 0..WIDTH {
+            let moves = problem.groups[group].goal.iter().any(|end| end.0[lane] != 0.0);
+            for c in (1..all).rev().take_while(|_| moves) {
+                let [t, ..] = before(problem, point, group, c, lane);
+                let most = EASY * problem.groups[group].limits[2].0[lane] * t;
+                let a = point.cells[group * all + c].s[2].0[lane];
+                let from = &mut point.cells[group * all + c - 1].s[2].0[lane];
+                *from = from.max(a - most).min(a + most);
+            }
             for c in 0..all {
                 let [t, _, a] = before(problem, point, group, c, lane);
-                let most = 0.9 * problem.groups[group].limits[2].0[lane] * t;
+                let most = EASY * problem.groups[group].limits[2].0[lane] * t;
                 let to = &mut point.cells[group * all + c].s[2].0[lane];
                 *to = to.max(a - most).min(a + most);
             }
@@ -326,6 +454,9 @@ pub fn slack(problem: &Problem, point: &Iterate, group: usize, c: usize, lane: u
     let g = &problem.groups[group];
     let [velocity, acceleration, jerk] = g.limits.map(|limit| limit.0[lane]);
     let middle = if c == 0 { v } else { v + 0.5 * g.smooth.0[lane] * t * a };
+    let last = c + 1 == all;
+    let most_in_middle = if c == 0 || last { 2.0 * velocity } else { velocity };
+    let acceleration = if last { acceleration * (1.0 + g.smooth.0[lane]) } else { acceleration };
     [
         jerk * t - (a1 - a),
         jerk * t + (a1 - a),
@@ -333,7 +464,7 @@ pub fn slack(problem: &Problem, point: &Iterate, group: usize, c: usize, lane: u
         acceleration + a1,
         velocity - v1,
         velocity + v1,
-        velocity - middle,
-        velocity + middle,
+        most_in_middle - middle,
+        most_in_middle + middle,
     ]
 }

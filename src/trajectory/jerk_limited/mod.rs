@@ -36,6 +36,9 @@
 //! equal jerk, restores the equalities, finds exact peaks and uses the limits exactly by the scaling law.
 //! No result is slower than [`stopping`] at every waypoint, which is always possible.
 //!
+//! Ends in motion ([`moving`]) are given to the programme as they are: velocity and acceleration before its first
+//! cell, and at the end of its last.
+//!
 //! Long lists are planned in [`windows`]. Position limits between waypoints are not in the programme: a motion
 //! that leaves them is divided at the nearest waypoints, and its parts are planned as motions from rest to
 //! rest. From one waypoint to the next no such motion leaves them. A list whose programme is not
@@ -49,23 +52,26 @@
 mod chain;
 mod interior_point;
 mod layout;
+mod moving;
 mod newton;
 mod problem;
 mod profile;
 mod reach;
 mod refine;
 pub mod state_to_state;
+mod states;
 mod step;
 mod stopping;
 mod windows;
 
+pub use moving::fastest_between;
 pub use profile::{Motion, Phase};
 
 use std::ops::Range;
 
 use super::bound::lower_bound;
 use super::kernel::KernelLimits;
-use super::{Prices, Trajectory};
+use super::{Ends, Prices, Trajectory};
 use crate::budget::Budget;
 
 /// A fastest trajectory.
@@ -90,7 +96,7 @@ pub struct Fastest {
     /// Multipliers of the programmes solved: prices that prove a lower bound.
     pub prices: Prices,
     /// `[segment][joint]`: what the limits of velocity, acceleration and jerk hold back there, in s per
-    /// relative change: a limit higher by one percent saves a hundredth of it. Since time
+    /// relative change: a limit higher by one percent saves a hundredth of it. From rest to rest, since time
     /// scales with them, once velocity's, twice acceleration's and three times jerk's
     /// add up to the whole duration.
     pub gains: Vec<Vec<[f64; 3]>>,
@@ -155,13 +161,24 @@ pub fn fastest_within(
     let bound = |plan: &Plan, waypoints: &[Vec<f64>]| {
         lower_bound(&ways(waypoints), &rows, &plan.motion.durations, &plan.motion.prices)
     };
-    let mut plan = one_way(waypoints, &limits, budget, 0, tell);
+    let ends = Ends::at_rest(limits.len());
+    let plan_from = |waypoints: &[Vec<f64>], iterations: usize, tell: &mut dyn FnMut(Stage)| {
+        let stops = stopped(&ways(waypoints), &limits);
+        one_way(
+            &Route { waypoints, limits: &limits, ends: &ends },
+            &stops,
+            budget,
+            iterations,
+            tell,
+        )
+    };
+    let mut plan = plan_from(waypoints, 0, tell);
     let mut lower = bound(&plan, waypoints);
     let short = (3..=SECOND_LOOK.1).contains(&waypoints.len());
     if short && plan.motion.duration() > SECOND_LOOK.0 * lower {
         // Backwards in time the optimum is the same, but the search takes another way to it.
         let reversed: Vec<Vec<f64>> = waypoints.iter().rev().cloned().collect();
-        let back = one_way(&reversed, &limits, budget, plan.iterations, tell);
+        let back = plan_from(&reversed, plan.iterations, tell);
         lower = lower.max(bound(&back, &reversed));
         let iterations = back.iterations;
         if back.motion.duration() < plan.motion.duration() {
@@ -169,19 +186,7 @@ pub fn fastest_within(
         }
         plan.iterations = iterations;
     }
-    let (trajectory, times) = plan.motion.trajectory(waypoints);
-    Fastest {
-        trajectory,
-        durations: plan.motion.durations,
-        prices: plan.motion.prices,
-        gains: plan.motion.gains,
-        times,
-        lower,
-        stopping: plan.stopping,
-        iterations: plan.iterations,
-        converged: plan.converged,
-        stops: !plan.moves,
-    }
+    plan.finished(waypoints, lower)
 }
 
 /// A motion is planned once more, backwards, where it takes more than this many times its lower bound, and
@@ -205,16 +210,51 @@ struct Plan {
     stopping: f64,
 }
 
-/// Plans forwards; `iterations` went before.
+impl Plan {
+    fn finished(self, waypoints: &[Vec<f64>], lower: f64) -> Fastest {
+        let (trajectory, times) = self.motion.trajectory(waypoints);
+        Fastest {
+            trajectory,
+            durations: self.motion.durations,
+            prices: self.motion.prices,
+            gains: self.motion.gains,
+            times,
+            lower,
+            stopping: self.stopping,
+            iterations: self.iterations,
+            converged: self.converged,
+            stops: !self.moves,
+        }
+    }
+}
+
+/// What is asked for.
+struct Route<'a> {
+    waypoints: &'a [Vec<f64>],
+    limits: &'a [KernelLimits],
+    ends: &'a Ends,
+}
+
+/// A part of a route that is planned at once.
+struct Part<'a> {
+    ways: &'a [Vec<f64>],
+    waypoints: &'a [Vec<f64>],
+    limits: &'a [KernelLimits],
+    ends: Ends,
+    /// The motion that stops at every waypoint between the ends.
+    stops: Motion,
+}
+
+/// Plans forwards; `stops` stops at every waypoint between the ends, and `iterations` went before.
 fn one_way(
-    waypoints: &[Vec<f64>],
-    limits: &[KernelLimits],
+    route: &Route,
+    stops: &Motion,
     budget: &Budget,
     iterations: usize,
     tell: &mut dyn FnMut(Stage),
 ) -> Plan {
+    let Route { waypoints, limits, ends } = route;
     let ways = ways(waypoints);
-    let stops = stopped(&ways, limits);
     let mut to_go = vec![0.0; waypoints.len()];
     for (segment, duration) in stops.durations.iter().enumerate().rev() {
         to_go[segment] = to_go[segment + 1] + duration;
@@ -228,11 +268,21 @@ fn one_way(
     let mut parts: Vec<Range<usize>> = std::iter::once(0..ways.len()).collect();
     while let Some(part) = parts.pop() {
         (watch.first, watch.start) = (part.start, motion.duration());
-        let own = &ways[part.clone()];
-        let planned = windows::plan(own, limits, &mut watch);
+        let own = Part {
+            ways: &ways[part.clone()],
+            waypoints: &waypoints[part.start..=part.end],
+            limits,
+            ends: ends.only(part.start == 0, part.end == ways.len()),
+            stops: stops.segments(part.clone()),
+        };
+        let planned = if own.ends.are_at_rest() {
+            windows::plan(&own, limits, None, &mut watch)
+        } else {
+            moving::plan(&own, &mut watch)
+        };
         watch.iterations += planned.iterations;
         converged &= planned.converged;
-        match judge(planned, own, &waypoints[part.start..=part.end], limits, &watch) {
+        match judge(planned, own, &watch) {
             Ok((found, stops)) => {
                 moves |= !stops;
                 motion.append(found);
@@ -248,22 +298,21 @@ fn one_way(
 /// it has to stop, and then be planned anew.
 fn judge(
     planned: windows::Planned,
-    ways: &[Vec<f64>],
-    waypoints: &[Vec<f64>],
-    limits: &[KernelLimits],
+    part: Part,
     watch: &Watch,
 ) -> Result<(Motion, bool), Vec<usize>> {
     let mut motion = planned.motion;
-    motion.stretch(motion.ratio(limits));
-    let stopped = stopped(ways, limits);
-    if motion.duration() < stopped.duration() {
-        let stops = motion.stops_within(waypoints, limits);
+    if part.ends.are_at_rest() {
+        motion.stretch(motion.ratio(part.limits));
+    }
+    if motion.duration() < part.stops.duration() {
+        let stops = motion.stops_within(part.waypoints, part.limits);
         return if stops.is_empty() { Ok((motion, false)) } else { Err(stops) };
     }
-    if planned.converged || ways.len() == 1 || watch.is_over() {
-        Ok((stopped, true))
+    if planned.converged || part.ways.len() == 1 || watch.is_over() {
+        Ok((part.stops, true))
     } else {
-        Err(vec![ways.len() / 2])
+        Err(vec![part.ways.len() / 2])
     }
 }
 

@@ -17,8 +17,10 @@ pub struct Group {
     /// One where jerk is limited, else zero: then acceleration jumps at the
     /// start of a cell and is constant in it.
     pub smooth: Lanes,
-    /// Velocity and acceleration at the start; the goal is at rest.
+    /// Velocity and acceleration at the start.
     pub start: [Lanes; 2],
+    /// Those at the goal; the last cell of every point ends with them.
+    pub goal: [Lanes; 2],
 }
 
 /// Waypoints and limits, laid out for the interior point method.

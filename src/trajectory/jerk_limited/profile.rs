@@ -1,5 +1,7 @@
 //! One joint's motion as pieces of constant jerk, and all joints' as a [`Trajectory`].
 
+use std::ops::Range;
+
 use crate::math::lanes::{Lanes, WIDTH};
 use crate::trajectory::kernel::KernelLimits;
 use crate::trajectory::{Prices, Trajectory};
@@ -110,6 +112,16 @@ impl Motion {
         let gains = self.gains.split_off(segments);
         let phases = self.phases.iter_mut().map(|joint| joint.split_off(segments)).collect();
         (self, Self { durations, prices, gains, phases })
+    }
+
+    /// A copy of the segments in `range`.
+    pub fn segments(&self, range: Range<usize>) -> Self {
+        Self {
+            durations: self.durations[range.clone()].to_vec(),
+            prices: self.prices[range.clone()].to_vec(),
+            gains: self.gains[range.clone()].to_vec(),
+            phases: self.phases.iter().map(|joint| joint[range.clone()].to_vec()).collect(),
+        }
     }
 
     /// Continues with `other`.

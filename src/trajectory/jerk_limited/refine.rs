@@ -112,10 +112,15 @@ fn cut(
         });
         (previous, this) = (this, next);
     }
-    // The middle of the first cell is not held to the speed limit, so its parts might pass it.
-    let [v, a] = problem.groups[group].start.map(|end| end.0[lane]);
-    if segment == 0 && (v != 0.0 || a != 0.0) {
-        slices[0].gain = 0.0;
+    // The middles of the first and the last cell are not held to the speed limit. Where one passes it, its
+    // parts might, too.
+    let limit = problem.groups[group].limits[0].0[lane];
+    for (q, given) in [(0, segment == 0), (k - 1, segment + 1 == problem.segments)] {
+        let [t, v, a] = before(problem, point, group, segment * k + q, lane);
+        let middle = v + 0.5 * problem.groups[group].smooth.0[lane] * t * a;
+        if given && middle.abs() > limit {
+            slices[q].gain = 0.0;
+        }
     }
     while slices.len() < cells {
         let mut best = 0;

@@ -145,14 +145,14 @@ pub fn between(
     goal: &[State],
     limits: &[KernelLimits],
 ) -> Result<Motion, Vec<StateFault>> {
-    let faults = faults(start, Some(goal), limits);
+    let faults = check(start, Some(goal), limits);
     if !faults.is_empty() {
         return Err(faults);
     }
     let mut windows = Windows::default();
     let ends = start.iter().zip(goal).zip(limits);
     let joints: Vec<Joint> = ends.map(|((s, g), l)| Joint::new(s, g, l, &mut windows)).collect();
-    let duration = windows.common(&joints);
+    let duration = common(joints.iter().map(|joint| &windows.all[joint.windows.clone()]));
     if !duration.is_finite() {
         return Err(vec![StateFault::Overflow]);
     }
@@ -166,7 +166,7 @@ pub fn between(
 ///
 /// All that is wrong with states and limits.
 pub fn brake(start: &[State], limits: &[KernelLimits]) -> Result<Motion, Vec<StateFault>> {
-    let faults = faults(start, None, limits);
+    let faults = check(start, None, limits);
     if !faults.is_empty() {
         return Err(faults);
     }
@@ -203,8 +203,8 @@ fn finished(duration: f64, phases: Vec<Vec<Vec<Phase>>>) -> Result<Motion, Vec<S
     Ok(Motion { durations: vec![duration], prices, gains, phases })
 }
 
-/// All that is wrong with states and limits.
-fn faults(start: &[State], goal: Option<&[State]>, limits: &[KernelLimits]) -> Vec<StateFault> {
+/// All that is wrong with states and limits; without `goal`, to come to rest anywhere.
+pub fn check(start: &[State], goal: Option<&[State]>, limits: &[KernelLimits]) -> Vec<StateFault> {
     let goals = goal.map_or(start.len(), <[State]>::len);
     if start.is_empty() || goals != start.len() || limits.len() != start.len() {
         return vec![StateFault::Joints { start: start.len(), goal: goals, limits: limits.len() }];
@@ -436,7 +436,7 @@ impl<'a> Joint<'a> {
 
 /// Lawful durations of all joints, s.
 #[derive(Default)]
-struct Windows {
+pub struct Windows {
     all: Vec<[f64; 2]>,
     up: Vec<[f64; 2]>,
     down: Vec<[f64; 2]>,
@@ -468,22 +468,28 @@ impl Windows {
         first..self.all.len()
     }
 
-    /// The smallest duration in one of every joint's; not a number if there is none.
-    fn common(&self, joints: &[Joint]) -> f64 {
-        let mut duration = 0.0;
-        loop {
-            let before = duration;
-            for joint in joints {
-                let own = &self.all[joint.windows.clone()];
-                let next = own.iter().find(|window| window[1] * (1.0 + ROUNDING) >= duration);
-                duration = next.map_or(f64::NAN, |window| window[0].max(duration));
-                if duration.is_nan() {
-                    return duration;
-                }
-            }
-            if duration == before {
+    /// Only those of one joint from `start` to `goal`, which must be sound.
+    pub fn of(&mut self, start: &State, goal: &State, limit: &KernelLimits) -> &[[f64; 2]] {
+        self.all.clear();
+        Joint::new(start, goal, limit, self);
+        &self.all
+    }
+}
+
+/// The smallest duration that lies in one of every joint's windows; not a number if there is none.
+pub fn common<'a>(joints: impl Iterator<Item = &'a [[f64; 2]]> + Clone) -> f64 {
+    let mut duration = 0.0;
+    loop {
+        let before = duration;
+        for own in joints.clone() {
+            let next = own.iter().find(|window| window[1] * (1.0 + ROUNDING) >= duration);
+            duration = next.map_or(f64::NAN, |window| window[0].max(duration));
+            if duration.is_nan() {
                 return duration;
             }
+        }
+        if duration == before {
+            return duration;
         }
     }
 }

@@ -1,19 +1,20 @@
 //! Plans part by part: short lists in one part, long ones through moving windows.
 //!
-//! A window ends at rest at its last waypoint. Only its first segments are kept; the next window
-//! starts where they end, in motion, and looks as far ahead. So every kept segment is planned
-//! with at least [`AHEAD`] segments behind it, and whatever is kept can always go on: at
+//! A window ends at rest at its last waypoint, the last one as the goal demands. Only its first segments
+//! are kept; the next window starts where they end, in motion, and looks as far ahead. So every kept segment
+//! is planned with at least [`AHEAD`] segments behind it, and whatever is kept can always go on: at
 //! worst as the window that it came from.
 
+use crate::trajectory::Ends;
 use crate::trajectory::kernel::KernelLimits;
 
-use super::Watch;
 use super::interior_point::{Settings, solve};
-use super::layout::{follow, pose};
+use super::layout::{follow, hasten, leads_to_goal, pose};
 use super::newton::MAX_SEGMENTS;
 use super::profile::{Motion, motion};
 use super::refine::refine;
 use super::stopping::stopping;
+use super::{Part, Watch};
 
 /// Segments that a window plans ahead of what is kept of it.
 const AHEAD: usize = 6;
@@ -34,6 +35,9 @@ const WARM: f64 = 1e-3;
 /// Most Newton steps with each division.
 const STEPS: [usize; 3] = [150, 150, 60];
 
+/// Divisions tried from a hasty start.
+const HASTY: usize = 2;
+
 /// Divisions that must have been solved before no other is tried.
 const ENOUGH: usize = 2;
 
@@ -48,40 +52,54 @@ pub struct Planned {
     pub converged: bool,
 }
 
-/// The fastest motion found along `ways[segment][joint]`, from rest to rest.
+/// The fastest motion found along `part` within `limits`; the first window starts from `guess`, a lawful motion
+/// along all or the first of its segments.
 ///
 /// Once `watch` says that time is up, what is not yet planned stops at every waypoint.
-pub fn plan(ways: &[Vec<f64>], limits: &[KernelLimits], watch: &mut Watch) -> Planned {
+pub fn plan(
+    part: &Part,
+    limits: &[KernelLimits],
+    guess: Option<&Motion>,
+    watch: &mut Watch,
+) -> Planned {
+    let ways = part.ways;
     if ways.len() == 1 {
         // The closed form is the optimum.
-        return Planned { motion: stopping(ways, limits), iterations: 0, converged: true };
+        return Planned { motion: part.stops.clone(), iterations: 0, converged: true };
     }
-    let rest = vec![[0.0; 2]; limits.len()];
     let mut all = Planned { motion: Motion::empty(limits.len()), iterations: 0, converged: true };
-    let mut states = rest.clone();
+    let mut ends = part.ends.only(true, false);
     // What the last window planned beyond what was kept of it.
-    let mut ahead: Option<Motion> = None;
+    let mut ahead: Option<Motion> = guess.cloned();
     let mut first = 0;
     while first < ways.len() {
         if watch.is_over() {
             all.converged = false;
-            all.motion.append(in_hand(ahead, &ways[first..], limits));
+            let planned = ahead.as_ref().map_or(0, |ahead| ahead.durations.len());
+            all.motion.append(ahead.unwrap_or_else(|| Motion::empty(limits.len())));
+            all.motion.append(part.stops.segments(first + planned..ways.len()));
             break;
         }
         let last = ways.len().min(first + MAX_SEGMENTS);
         let window = &ways[first..last];
-        let (found, iterations) = attempt(window, limits, &states, ahead.as_ref(), watch);
+        if last == ways.len() {
+            ends.goal.clone_from(&part.ends.goal);
+        }
+        let (found, iterations) = attempt(window, limits, &ends, ahead.as_ref(), watch);
         all.iterations += iterations;
         all.converged &= found.as_ref().is_some_and(|(_, converged)| *converged);
         let motion = match (found, ahead.take()) {
             (Some((found, _)), _) => found,
             (None, Some(planned)) => planned,
-            (None, None) => stopping(window, limits),
+            (None, None) => part.stops.segments(first..last),
         };
         let planned = motion.durations.len();
         let kept = if first + planned == ways.len() { planned } else { keep(&motion, limits) };
         let (kept_part, others) = motion.split(kept);
-        states = if kept == planned { rest.clone() } else { kept_part.end() };
+        ends = Ends::at_rest(limits.len());
+        if kept < planned {
+            ends.start = kept_part.end();
+        }
         all.motion.append(kept_part);
         first += kept;
         if kept < planned {
@@ -90,13 +108,6 @@ pub fn plan(ways: &[Vec<f64>], limits: &[KernelLimits], watch: &mut Watch) -> Pl
         }
     }
     all
-}
-
-/// A motion along `ways` without further planning: what is known, then stops.
-fn in_hand(ahead: Option<Motion>, ways: &[Vec<f64>], limits: &[KernelLimits]) -> Motion {
-    let mut motion = ahead.unwrap_or_else(|| Motion::empty(limits.len()));
-    motion.append(stopping(&ways[motion.durations.len()..], limits));
-    motion
 }
 
 /// How many segments of a window to keep: at least [`AHEAD`] remain, and the next
@@ -123,20 +134,32 @@ fn keep(motion: &Motion, limits: &[KernelLimits]) -> usize {
 fn attempt(
     ways: &[Vec<f64>],
     limits: &[KernelLimits],
-    states: &[[f64; 2]],
+    ends: &Ends,
     guess: Option<&Motion>,
     watch: &Watch,
 ) -> (Option<(Motion, bool)>, usize) {
     let mut best: Option<Motion> = None;
-    let rests = states.iter().flatten().all(|value| *value == 0.0);
+    let rests = ends.are_at_rest();
     let bound = if rests { stopping(ways, limits).duration() } else { f64::INFINITY };
     let mut steps = 0;
     let mut converged = false;
-    for cells in CELLS {
+    // Ends in motion of which nothing is known are tried in haste first, and then not.
+    let hasty = if rests || guess.is_some() { 0 } else { HASTY };
+    let starts = CELLS[..hasty].iter().map(|cells| (*cells, true));
+    for (cells, hastily) in starts.chain(CELLS.map(|cells| (cells, false))) {
+        if hastily && best.is_some() {
+            continue;
+        }
         if watch.is_over() {
             break;
         }
-        let (mut problem, mut point, units) = pose(ways, limits, states, cells[0], BARRIER[0]);
+        let (mut problem, mut point, units) = pose(ways, limits, ends, cells[0], BARRIER[0]);
+        if !leads_to_goal(&problem, &point) {
+            break;
+        }
+        if hastily && !hasten(&problem, &mut point, BARRIER[0]) {
+            continue;
+        }
         let mut barrier = BARRIER;
         if let Some(guess) = guess {
             let mut near = point.clone();
@@ -165,7 +188,7 @@ fn attempt(
             }
             let mut found = motion(&problem, &point, &outcome.prices, &units);
             let ratio = found.ratio(limits);
-            // A motion that starts at speed cannot simply be slowed down.
+            // A motion that starts or ends at speed cannot simply be slowed down.
             let lawful = if rests { ratio.is_finite() } else { ratio <= 1.0 + NEARLY_LAWFUL };
             if rests && lawful && ratio > 1.0 {
                 found.stretch(ratio);
