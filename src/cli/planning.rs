@@ -155,10 +155,13 @@ fn line(name: &str, result: &TrajectoryResult) -> String {
         .bound
         .as_ref()
         .map(|bound| format!(", at most {:.1} % above the fastest possible", 100.0 * bound.gap));
+    let without = result.metrics.without_tcp_limit;
+    let without = without.map(|without| format!(", {without:.4} s without the tcp limit"));
     format!(
-        "{name}: {:.4} s, {}{} ({}, {}; {} evaluations, {:.1} ms)\n",
+        "{name}: {:.4} s, {}{}{} ({}, {}; {} evaluations, {:.1} ms)\n",
         result.duration,
         lawfulness(&result.certificate),
+        without.unwrap_or_default(),
         bound.unwrap_or_default(),
         result.interpolation,
         result.optimizer,
@@ -169,7 +172,13 @@ fn line(name: &str, result: &TrajectoryResult) -> String {
 
 fn lawfulness(certificate: &Certificate) -> String {
     let verdict = if certificate.lawful { "lawful" } else { "NOT LAWFUL" };
-    format!("{verdict}, largest peak {:.2} % of its limit", 100.0 * certificate.worst_ratio)
+    let tcp = certificate.tcp_speed.as_ref().and_then(|it| it.peak.zip(it.limit));
+    let tcp = tcp.map(|(peak, limit)| format!(", tcp up to {peak:.4} of {limit} m/s"));
+    format!(
+        "{verdict}, largest peak {:.2} % of its limit{}",
+        100.0 * certificate.worst_ratio,
+        tcp.unwrap_or_default()
+    )
 }
 
 /// Options of `takt verify`.
@@ -226,7 +235,8 @@ fn verify_requests(document: Value) -> Vec<Value> {
     }
 }
 
-/// Asks for a certificate of a result within the limits it was planned for.
+/// Asks for a certificate of a result within the limits it was planned for. A result holds no kinematics, which
+/// the limit of the tool's speed needs: the catalogue may know them.
 fn verify_request(result: &TrajectoryResult) -> Value {
     let joints: Vec<Value> = result
         .certificate
@@ -249,9 +259,16 @@ fn verify_request(result: &TrajectoryResult) -> Value {
         .collect();
     let due = result.waypoint_times.iter().zip(&result.waypoints);
     let due = due.map(|(time, position)| json!({"time": time, "position": position}));
-    json!({
+    let mut request = json!({
         "robot": {"name": result.robot, "joints": joints},
         "trajectory": result.trajectory,
         "waypoints": due.collect::<Vec<_>>(),
-    })
+    });
+    if let Some(tcp) = &result.certificate.tcp_speed {
+        let known = catalogue::get(&result.robot);
+        let kinematics = known.and_then(|robot| robot.description().kinematics.clone());
+        request["robot"]["kinematics"] = json!(kinematics);
+        request["limits"] = json!({ "tcp_speed": tcp.limit });
+    }
+    request
 }

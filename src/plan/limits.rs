@@ -61,6 +61,29 @@ pub fn resolve(
     joints.collect()
 }
 
+/// The limit of the tool's speed that a request sets, m/s.
+pub fn tcp_speed(
+    robot: &Robot,
+    overrides: Option<&LimitOverrides>,
+    faults: &mut Faults,
+) -> Option<f64> {
+    let limit = overrides.and_then(|overrides| overrides.tcp_speed)?;
+    if !(SMALLEST..=LARGEST).contains(&limit) {
+        let detail = format!(
+            "tcp speed limit is {limit}, not a positive number of m/s ({SMALLEST:e} to {LARGEST:e}); null means no limit"
+        );
+        faults.add("/limits/tcp_speed", detail);
+    }
+    if robot.kinematics().is_none() {
+        let detail = format!(
+            "{} has no kinematics, without which the speed of its tool is not known",
+            robot.name()
+        );
+        faults.add("/limits/tcp_speed", detail);
+    }
+    Some(limit)
+}
+
 fn one(
     kind: &LimitOverride,
     joint: usize,
@@ -91,7 +114,7 @@ fn scaled(limit: Option<Limit>, factor: Option<f64>) -> Option<Limit> {
 }
 
 fn check_overrides(robot: &Robot, overrides: &LimitOverrides, faults: &mut Faults) {
-    let LimitOverrides { lower, upper, velocity, acceleration, jerk } = overrides;
+    let LimitOverrides { lower, upper, velocity, acceleration, jerk, tcp_speed: _ } = overrides;
     let kinds = [
         ("lower", lower, false),
         ("upper", upper, false),

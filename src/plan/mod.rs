@@ -19,6 +19,7 @@ pub mod samples;
 pub mod scenarios;
 mod side_by_side;
 mod study;
+mod tcp_speed;
 mod unsearched;
 pub mod verify;
 mod waypoints;

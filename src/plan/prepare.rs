@@ -63,12 +63,15 @@ pub fn validate(
         Some(robot) => limits::resolve(robot, overrides, scale, &mut faults),
         None => Vec::new(),
     };
+    let tcp_speed =
+        robot.as_ref().and_then(|robot| limits::tcp_speed(robot, overrides, &mut faults));
     let common = Common { robot: robot.as_ref(), limits: &limits, find_robot };
     let task = match &request.task {
         Task::Family(task) => {
             family::prepare(task, request, &common, &mut faults).map(PreparedTask::Family)
         }
         Task::Comparison(task) => {
+            study::refuse_tcp_limit(overrides, &mut faults);
             study::prepare_comparison(task, &common, &mut faults).map(PreparedTask::Study)
         }
         Task::Benchmark(task) => {
@@ -80,17 +83,18 @@ pub fn validate(
             None
         }
         Task::Waypoints(task) => robot.as_ref().and_then(|robot| {
-            let check = Check { robot, limits: &limits };
+            let check = Check { robot, limits: &limits, tcp_speed };
             check.waypoints(task, "/task", &mut faults).map(PreparedTask::Waypoints)
         }),
         Task::Program(task) => robot.as_ref().and_then(|robot| {
-            let check = Check { robot, limits: &limits };
+            let check = Check { robot, limits: &limits, tcp_speed };
             check.program(task, &mut faults).map(PreparedTask::Program)
         }),
     };
     let seed = request.seed;
     // A task that is none has at least one fault.
-    let prepared = |task| PreparedPlan { robot, limits, seed, task, side_by_side: false };
+    let prepared =
+        |task| PreparedPlan { robot, limits, tcp_speed, seed, task, side_by_side: false };
     faults.into_result(task)?.map(prepared).ok_or_else(Faults::default)
 }
 
@@ -162,6 +166,8 @@ pub(super) fn resolve_robot(
 pub(super) struct Check<'a> {
     pub robot: &'a Robot,
     pub limits: &'a [JointBounds],
+    /// Limit of the tool's speed, m/s.
+    pub tcp_speed: Option<f64>,
 }
 
 impl Check<'_> {
@@ -189,6 +195,10 @@ impl Check<'_> {
         };
         check_durations(task, pointer, faults);
         objectives::check(task, interpolation.timing.own(), pointer, faults);
+        if self.tcp_speed.is_some() && task.pareto.is_some() {
+            let detail = "a front knows no limit of the tool's speed: remove /limits/tcp_speed";
+            faults.add(format!("{pointer}/pareto"), detail);
+        }
         if let Some(settings) = &settings {
             let segments = task.waypoints.len().saturating_sub(1);
             check_population(segments, settings, &format!("{pointer}/optimizer"), faults);

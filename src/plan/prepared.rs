@@ -13,7 +13,7 @@ use super::study::PreparedStudy;
 use crate::optimize::{OptimizerEntry, Settings};
 use crate::robot::Robot;
 use crate::trajectory::interpolation::{Interpolation, Timing};
-use crate::trajectory::{Ends, JointBounds};
+use crate::trajectory::{Ends, JointBounds, TcpLimit};
 
 /// A change of position below this counts as none, rad or m.
 pub(super) const LEAST_WAY: f64 = 1e-12;
@@ -81,6 +81,8 @@ pub struct PreparedPlan {
     /// None if the task is about no robot, or about several.
     pub(super) robot: Option<Arc<Robot>>,
     pub(super) limits: Vec<JointBounds>,
+    /// Limit of the tool's speed, m/s.
+    pub(super) tcp_speed: Option<f64>,
     pub(super) seed: u64,
     pub(super) task: PreparedTask,
     /// True if other plans run beside it and keep the threads busy.
@@ -160,6 +162,12 @@ impl PreparedPlan {
             return members.first().map_or("-", |member| member.plan.robot_name());
         }
         self.robot.as_ref().map_or("-", |robot| robot.name())
+    }
+
+    /// The limit of the tool's speed, if there is one.
+    pub(super) fn tcp_limit(&self) -> Option<TcpLimit<'_>> {
+        let kinematics = self.robot.as_ref()?.kinematics()?;
+        self.tcp_speed.map(|speed| TcpLimit { kinematics, speed })
     }
 
     /// All `waypoints` tasks that are to be planned.

@@ -269,6 +269,11 @@ pub struct LimitOverrides {
     #[serde(default, skip_serializing_if = "LimitOverride::is_keep")]
     #[schema(value_type = Option<LimitValues>)]
     pub jerk: LimitOverride,
+    /// Highest speed of the tool centre point, m/s; needs a robot with kinematics. Absent or `null`: none.
+    /// `limit_scale` leaves it as it is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(exclusive_minimum = 0.0, example = 0.25)]
+    pub tcp_speed: Option<f64>,
 }
 
 /// One kind of limit, replaced or kept.

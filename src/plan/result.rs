@@ -95,7 +95,8 @@ pub struct JointOptimum {
 pub struct PlanMetrics {
     /// Duration of the first lawful candidate, s.
     pub initial_duration: f64,
-    /// Share of `initial_duration` saved; negative where a longer duration was asked for.
+    /// Share of `initial_duration` saved; negative where a longer duration was asked for, or the tool's
+    /// speed limit needs it.
     pub saved: f64,
     /// The whole motion's time, jerk and energy.
     #[serde(default)]
@@ -111,7 +112,11 @@ pub struct PlanMetrics {
     pub path_length: Vec<f64>,
     /// Limits that keep the trajectory from being shorter.
     pub binding: Vec<Binding>,
-    /// With `jerk_limited`, what more of each limit would save, most first.
+    /// With a limit on the tool's speed, how long the motion would take without it, s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub without_tcp_limit: Option<f64>,
+    /// With `jerk_limited`, what more of each limit would save, most first; absent where the limit of the
+    /// tool's speed makes the motion longer.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sensitivities: Vec<Sensitivity>,
 }
@@ -133,9 +138,9 @@ pub struct Sensitivity {
 pub struct Binding {
     /// Segment between waypoints, from 0.
     pub segment: usize,
-    /// Joint name.
+    /// Joint name; `tcp` for the tool centre point.
     pub joint: String,
-    /// `velocity`, `acceleration` or `jerk`.
+    /// `velocity`, `acceleration`, `jerk` or, of the tool centre point, `tcp_speed`.
     pub limit: String,
 }
 

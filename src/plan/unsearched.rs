@@ -62,6 +62,7 @@ impl Run<'_> {
             reference: None,
             front: None,
             optimum: None,
+            without_tcp_limit: None,
         }
     }
 
@@ -119,6 +120,8 @@ impl Run<'_> {
         // With fewer limits than there are the motion says nothing about lawful ones.
         let optimum = (self.orders() == 3)
             .then(|| Optimum::of(&found, waypoints, self.limits, self.task.rests()));
+        let without_tcp_limit = self.tcp_limit.map(|_| found.trajectory.duration());
+        let found = self.slowed_where_needed(found, &limits)?;
         let (mut trajectory, mut durations) = (found.trajectory, found.durations);
         // Ends in motion would not stand it, and what they leave to rounding is within its tolerance.
         let rounds = if self.task.ends.is_none() { ROUNDINGS } else { 0 };
@@ -150,6 +153,7 @@ impl Run<'_> {
             reference: None,
             front: None,
             optimum,
+            without_tcp_limit,
         })
     }
 }

@@ -12,7 +12,7 @@ use super::request::{LimitOverrides, LimitScale, RobotRef};
 use super::samples::Samples;
 use crate::fault::{Faults, read};
 use crate::robot::Robot;
-use crate::trajectory::{Certificate, Trajectory};
+use crate::trajectory::{Certificate, TcpLimit, Trajectory};
 
 /// A trajectory to certify: polynomial pieces or samples, one of the two.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
@@ -93,6 +93,7 @@ pub fn verify(
     };
     let limits =
         limits::resolve(&robot, request.limits.as_ref(), request.limit_scale.as_ref(), &mut faults);
+    let tcp_speed = limits::tcp_speed(&robot, request.limits.as_ref(), &mut faults);
     let trajectory = match (&request.trajectory, &request.samples) {
         (Some(trajectory), None) => {
             let valid = trajectory.validate(robot.dof());
@@ -118,5 +119,9 @@ pub fn verify(
     let Ok(trajectory) = trajectory else { return Err(faults) };
     let due: Vec<(f64, &[f64])> =
         waypoints.iter().map(|waypoint| (waypoint.time, waypoint.position.as_slice())).collect();
-    faults.into_result(()).map(|()| Certificate::new(&trajectory, &limits, &due))
+    faults.into_result(())?;
+    let tcp_limit =
+        robot.kinematics().zip(tcp_speed).map(|(kinematics, speed)| TcpLimit { kinematics, speed });
+    let certificate = Certificate::new(&trajectory, &limits, &due);
+    Ok(certificate.with_tcp_limit(&trajectory, tcp_limit.as_ref()))
 }

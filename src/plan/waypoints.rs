@@ -18,7 +18,7 @@ use crate::trajectory::interpolation::Timing;
 use crate::trajectory::kernel::Kernel;
 use crate::trajectory::objective::Measures;
 use crate::trajectory::timing::{Handling, TimingProblem};
-use crate::trajectory::{Certificate, JointBounds, LowerBound, Trajectory, Violation};
+use crate::trajectory::{Certificate, JointBounds, LowerBound, TcpLimit, Trajectory, Violation};
 
 /// Polynomials a plan may have to be certified even though it was cancelled:
 /// more would delay the end by more than a few hundredths of a second.
@@ -52,13 +52,15 @@ pub fn plan_from(
     let tells = matches!(task.interpolation.timing, Timing::Free) && orders(task) == 3;
     let optimum = (!tells).then(|| Optimum::find(&task.waypoints, &plan.limits, budget));
     let (limits, side_by_side) = (&plan.limits[..], plan.side_by_side);
-    let run = Run { task, limits, side_by_side, hints, seed, budget, progress, optimum };
+    let tcp_limit = plan.tcp_limit();
+    let run = Run { task, limits, tcp_limit, side_by_side, hints, seed, budget, progress, optimum };
     let stopped = || budget.stop_reason(0).and_then(PlanError::stopped);
     let timed = match &task.interpolation.timing {
         Timing::Search(kernel) => run.search(*kernel)?,
         Timing::ClosedForm(profile) => run.closed_form(*profile),
         Timing::Free => run.fastest()?,
     };
+    let timed = run.keep_tcp_speed(timed);
     // A search that was ended says nothing about what the limits admit.
     let timed = run.reach_goal(timed).map_err(|error| stopped().unwrap_or(error))?;
     run.check_computable(&timed)?;
@@ -101,6 +103,7 @@ pub(super) fn pose(
 pub(super) struct Run<'a> {
     pub(super) task: &'a PreparedWaypoints,
     pub(super) limits: &'a [JointBounds],
+    pub(super) tcp_limit: Option<TcpLimit<'a>>,
     /// True if other plans keep the threads busy.
     pub(super) side_by_side: bool,
     pub(super) hints: &'a [Vec<f64>],
@@ -124,6 +127,8 @@ pub(super) struct Timed {
     pub(super) front: Option<ParetoFront>,
     /// What the limits admit, where planning told.
     pub(super) optimum: Option<Optimum>,
+    /// How long the motion would take without the limit of the tool's speed, s, where there is one.
+    pub(super) without_tcp_limit: Option<f64>,
 }
 
 /// Segment durations, how they were found, and each joint's own.
@@ -224,6 +229,7 @@ impl Run<'_> {
             reference,
             front: None,
             optimum: None,
+            without_tcp_limit: None,
         };
         if let Some(request) = &self.task.pareto {
             let fastest = fastest.unwrap_or_else(|| timed.durations.clone());
@@ -252,6 +258,7 @@ impl Run<'_> {
             reference: None,
             front: None,
             optimum: None,
+            without_tcp_limit: None,
         }
     }
 
@@ -385,6 +392,8 @@ impl Run<'_> {
         let optimum = timed.optimum.as_ref().or(self.optimum.as_ref());
         let lower = optimum.and_then(|it| it.bound.as_ref()).map(|bound| bound.lower);
         let binding = optimum.map_or(&[][..], |it| &it.sensitivities);
+        // Of joints' limits alone: with one on the tool it tells nothing.
+        let optimum = optimum.filter(|_| self.tcp_limit.is_none());
         let fastest = optimum.map_or(shortest, |it| it.duration.min(shortest));
         if let Some(lower) = lower.filter(|lower| *lower > wanted) {
             message +=
@@ -398,10 +407,17 @@ impl Run<'_> {
         } else if fastest <= wanted {
             message += &format!("; jerk_limited takes {fastest:.6} s");
         }
-        let details = json!({
+        let mut details = json!({
             "duration": shortest, "wanted": wanted, "lower_bound": lower, "fastest": fastest,
             "binding": binding,
         });
+        if let (Some(without), Some(limit)) = (timed.faster_without_tcp_limit(), &self.tcp_limit) {
+            message += &format!(
+                "; without the tcp speed limit of {} m/s it would take {without:.6} s",
+                limit.speed
+            );
+            details["without_tcp_limit"] = json!(without);
+        }
         PlanError::unreachable(message, details)
     }
 
@@ -432,6 +448,7 @@ impl Run<'_> {
     }
 
     fn assemble(&self, plan: &PreparedPlan, timed: Timed) -> TrajectoryResult {
+        let slowed = timed.faster_without_tcp_limit().is_some();
         let Timed {
             durations,
             trajectory,
@@ -441,22 +458,29 @@ impl Run<'_> {
             reference,
             front,
             optimum,
+            without_tcp_limit,
         } = timed;
         let waypoints = &self.task.waypoints;
         let waypoint_times = times(&durations, trajectory.duration());
         let due: Vec<(f64, &[f64])> =
             waypoint_times.iter().copied().zip(waypoints.iter().map(Vec::as_slice)).collect();
         let ends = self.task.ends.as_ref();
-        let certificate = Certificate::joined(&trajectory, self.limits, &due, ends);
+        let certificate = Certificate::joined(&trajectory, self.limits, &due, ends)
+            .with_tcp_limit(&trajectory, self.tcp_limit.as_ref());
         let duration = trajectory.duration();
         let bound = optimum.as_ref().or(self.optimum.as_ref()).and_then(|it| it.bound.clone());
         let bound = bound.map(|bound| bound.against(duration));
-        let metrics = PlanMetrics {
+        // What limits of joints hold back is not known where the tool's limit holds the motion back.
+        let optimum = optimum.filter(|_| !slowed);
+        let mut metrics = PlanMetrics {
             sensitivities: optimum.map(|it| it.sensitivities).unwrap_or_default(),
+            without_tcp_limit,
             objective: Measures::of_trajectory(&trajectory),
             reference,
             ..metrics(&trajectory, self.limits, &waypoint_times, initial_duration)
         };
+        metrics.binding.extend(self.tcp_bindings(&trajectory, &waypoint_times));
+        metrics.binding.sort_by_key(|binding| binding.segment);
         TrajectoryResult {
             robot: plan.robot_name().to_owned(),
             joint_names: self.limits.iter().map(|limit| limit.name.clone()).collect(),

@@ -15,23 +15,23 @@ use super::{Joint, Pose, Transform};
 /// Frames are in world coordinates; [`KinematicsDescription`] defines them.
 #[derive(Clone, Debug)]
 pub struct Kinematics {
-    convention: DhConvention,
-    links: Vec<Link>,
+    pub(super) convention: DhConvention,
+    pub(super) links: Vec<Link>,
     world_from_base: Transform,
-    flange_from_tool: Transform,
+    pub(super) flange_from_tool: Transform,
 }
 
 /// A row with everything precomputed that the joint's position leaves alone.
 #[derive(Clone, Debug)]
-struct Link {
-    a: f64,
+pub(super) struct Link {
+    pub(super) a: f64,
     sin_alpha: f64,
     cos_alpha: f64,
-    d: f64,
+    pub(super) d: f64,
     theta: f64,
     sign: f64,
     /// Sine and cosine of theta where it is constant: at prismatic joints.
-    fixed_theta: Option<(f64, f64)>,
+    pub(super) fixed_theta: Option<(f64, f64)>,
 }
 
 /// The frames of one configuration, in world coordinates.

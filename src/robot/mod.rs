@@ -8,6 +8,7 @@ pub mod catalogue;
 mod description;
 mod kinematics;
 mod pose;
+mod tool_motion;
 mod validation;
 
 pub use description::{
@@ -16,6 +17,7 @@ pub use description::{
 };
 pub use kinematics::{Jacobian, Kinematics, LinkFrames};
 pub use pose::{Pose, Transform};
+pub use tool_motion::JointRange;
 
 use crate::fault::Faults;
 

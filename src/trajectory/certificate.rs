@@ -7,6 +7,7 @@ use utoipa::ToSchema;
 use super::ends::Ends;
 use super::limits::{DERIVATIVES, JointBounds, Limit};
 use super::polynomial_trajectory::{KinematicState, Trajectory};
+use super::tcp_speed::{TcpLimit, TcpPeak};
 use crate::math::polynomial::{Extremes, derivative_at};
 
 /// How far rounding may carry a peak over its limit, relative to the limit.
@@ -25,7 +26,7 @@ const POSITION_ROUNDING: f64 = 1e-13;
 pub struct Certificate {
     /// True if no known limit is exceeded at any time.
     pub lawful: bool,
-    /// Largest ratio of a finite velocity, acceleration or jerk peak to its
+    /// Largest ratio of a finite velocity, acceleration, jerk or tool speed peak to its
     /// limit; infinite peaks are among the violations.
     pub worst_ratio: f64,
     /// Highest derivative that is continuous at every inner breakpoint
@@ -37,6 +38,10 @@ pub struct Certificate {
     pub ends_at_rest: bool,
     /// Per joint, in joint order.
     pub joints: Vec<JointCertificate>,
+    /// With a limit on it, the largest speed of the tool centre point, m/s: a proven bound, at most a
+    /// millionth above a speed that is reached at `at`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tcp_speed: Option<Peak>,
     /// Where limits are exceeded; empty if lawful.
     pub violations: Vec<Violation>,
     /// Largest distance from a waypoint at its time, rad or m; null without waypoints.
@@ -101,9 +106,9 @@ pub struct PositionRange {
 /// A limit exceeded.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Violation {
-    /// Joint name.
+    /// Joint name; `tcp` for the tool centre point.
     pub joint: String,
-    /// `position`, `velocity`, `acceleration` or `jerk`.
+    /// `position`, `velocity`, `acceleration`, `jerk` or, of the tool centre point, `tcp_speed`.
     pub limit: String,
     /// When it is exceeded most, s.
     pub at: f64,
@@ -171,11 +176,47 @@ impl Certificate {
             starts_at_rest: studies.iter().all(|study| study.rests[0]),
             ends_at_rest: studies.iter().all(|study| study.rests[1]),
             joints,
+            tcp_speed: None,
             violations,
             waypoint_error: waypoint_error(trajectory, waypoints),
             clearance: None,
             sha256: trajectory.sha256(),
         }
+    }
+
+    /// The same with a limit on the speed of the tool centre point; `trajectory` is the one certified.
+    pub fn with_tcp_limit(mut self, trajectory: &Trajectory, limit: Option<&TcpLimit>) -> Self {
+        let Some(limit) = limit else { return self };
+        // Where a joint jumps, so does the tool.
+        let jump = self.joints.iter().find(|joint| joint.velocity.peak.is_none());
+        let TcpPeak { upper, at, .. } = match jump {
+            Some(joint) => {
+                TcpPeak { upper: f64::INFINITY, lower: f64::INFINITY, at: joint.velocity.at }
+            }
+            None => limit.peak(trajectory),
+        };
+        let finite = Some(upper).filter(|upper| upper.is_finite());
+        let ratio = finite.map(|upper| upper / limit.speed);
+        self.worst_ratio = self.worst_ratio.max(ratio.unwrap_or(0.0));
+        if upper > limit.speed * (1.0 + LAWFUL_TOLERANCE) {
+            let reached = match finite {
+                Some(upper) => format!("reaches {upper:.6} m/s at {at:.6} s"),
+                None => format!("is infinite or too large to compute at {at:.6} s"),
+            };
+            self.lawful = false;
+            self.violations.push(Violation {
+                joint: "tcp".to_owned(),
+                limit: "tcp_speed".to_owned(),
+                at,
+                value: finite,
+                limit_value: limit.speed,
+                detail: format!("tcp speed {reached}, above its limit of {} m/s", limit.speed),
+            });
+        }
+        let provenance = Some("request".to_owned());
+        self.tcp_speed =
+            Some(Peak { peak: finite, at, limit: Some(limit.speed), ratio, provenance });
+        self
     }
 }
 

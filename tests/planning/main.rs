@@ -29,5 +29,6 @@ mod samples;
 mod snapshots;
 mod state_to_state;
 mod support;
+mod tcp_speed;
 mod timeline;
 mod watched;

@@ -34,7 +34,7 @@ message_enum!(
     unspecified: Some(Self::default())
 );
 
-message_form!(LimitOverrides { lower, upper, velocity, acceleration, jerk });
+message_form!(LimitOverrides { lower, upper, velocity, acceleration, jerk, tcp_speed });
 
 message_form!(LimitScale { velocity, acceleration, jerk });
 

@@ -65,6 +65,7 @@ message_form!(PlanMetrics {
     objective: Defaulted,
     reference,
     sensitivities,
+    without_tcp_limit,
 });
 
 message_form!(Measures { time, rms_jerk, energy });
@@ -101,6 +102,7 @@ message_form!(Certificate {
     waypoint_error,
     clearance,
     sha256,
+    tcp_speed,
 });
 
 message_form!(JointCertificate {

@@ -8,7 +8,7 @@ mod row;
 mod run;
 mod trace;
 
-pub(super) use prepare::{PreparedStudy, prepare_benchmark, prepare_comparison};
+pub(super) use prepare::{PreparedStudy, prepare_benchmark, prepare_comparison, refuse_tcp_limit};
 pub use ranking::Standing;
 pub use request::{
     BenchmarkTask, ComparedProblem, ComparisonTask, MAX_DIMENSION, MAX_METHODS, MAX_PROBLEMS,

@@ -12,7 +12,7 @@ use crate::optimize::{OPTIMIZERS, OptimizerEntry, Settings, optimizer, optimizer
 use crate::plan::limits;
 use crate::plan::prepare::{Check, Common, check_name, check_population, resolve_robot};
 use crate::plan::prepared::PreparedWaypoints;
-use crate::plan::request::{Clock, Constraints, OptimizerChoice, WaypointsTask};
+use crate::plan::request::{Clock, Constraints, LimitOverrides, OptimizerChoice, WaypointsTask};
 use crate::trajectory::JointBounds;
 
 /// Most evaluations of one run.
@@ -235,6 +235,7 @@ fn check_problem(
     let limits = robot
         .as_ref()
         .map(|robot| limits::resolve(robot, overrides.as_ref(), limit_scale.as_ref(), &mut found));
+    refuse_tcp_limit(overrides.as_ref(), &mut found);
     let none = robot.is_none() && found.is_empty();
     faults.add_below(place, found);
     if none {
@@ -243,6 +244,14 @@ fn check_problem(
     let (robot, limits) = (robot?, limits?);
     let own = Common { robot: Some(&robot), limits: &limits, ..*common };
     shared(&own, task, name, place, &format!("{place}/task"), faults)
+}
+
+/// Methods are compared by what they search, and none of them knows the tool.
+pub(in crate::plan) fn refuse_tcp_limit(overrides: Option<&LimitOverrides>, faults: &mut Faults) {
+    if overrides.is_some_and(|overrides| overrides.tcp_speed.is_some()) {
+        let detail = "methods are compared within the joints' limits only";
+        faults.add("/limits/tcp_speed", detail);
+    }
 }
 
 /// The task of a problem for a robot and limits that stand below `origin`.
@@ -260,7 +269,7 @@ fn shared(
     };
     check_comparable(task, pointer, faults);
     let mut found = Faults::default();
-    let check = Check { robot, limits: common.limits };
+    let check = Check { robot, limits: common.limits, tcp_speed: None };
     let prepared = check.waypoints(task, pointer, &mut found);
     for fault in found.0 {
         // Limits belong to the problem, or to the whole request.

@@ -2,7 +2,7 @@
 
 use crate::math::lanes::{Lanes, Simd, Vector};
 
-use super::problem::{Cell, Group, Iterate, Problem};
+use super::problem::{Cell, Group, Iterate, Problem, speeds_of};
 
 /// Inequalities of a cell: `J T ∓ d`, `A ∓ a'`, `V ∓ v'`, and `V ∓` the middle control
 /// point of velocity, all positive.
@@ -53,6 +53,7 @@ pub struct Chain<'a, S: Simd> {
     durations: &'a [f64],
     at: &'a [Cell],
     shares: &'a [Lanes],
+    speeds: &'a [[Lanes; 2]],
 }
 
 impl<'a, S: Simd> Chain<'a, S> {
@@ -77,6 +78,7 @@ impl<'a, S: Simd> Chain<'a, S> {
             durations: &point.durations,
             at: &point.cells[own.clone()],
             shares: &problem.shares[own],
+            speeds: &problem.speeds[group * problem.segments..(group + 1) * problem.segments],
         }
     }
 
@@ -134,7 +136,9 @@ impl<'a, S: Simd> Chain<'a, S> {
             if c == 0 || last { two } else { one },
             if last { one + self.limits.smooth } else { one },
         ];
-        View { share, t, d: end[2] - a, x, v, a, end, middle, room }
+        let [at_end, inside] = speeds_of(self.speeds, self.cells, c);
+        let speeds = [self.load(at_end), self.load(inside)];
+        View { share, t, d: end[2] - a, x, v, a, end, middle, room, speeds }
     }
 }
 
@@ -159,6 +163,8 @@ pub struct View<S: Simd> {
     /// How many times the limits of velocity at the middle control point and of acceleration at the end
     /// count: twice where they bound what the start or the goal gives, which may lie on a limit.
     room: [Vector<S>; 2],
+    /// Limits of velocity at the end and in the middle.
+    speeds: [Vector<S>; 2],
 }
 
 impl<S: Simd> View<S> {
@@ -177,8 +183,9 @@ impl<S: Simd> View<S> {
     pub fn slack(&self, limits: &Limits<S>) -> [Vector<S>; ROWS] {
         let middle = self.v + self.t * self.a * self.middle;
         let [_, v1, a1] = self.end;
-        let [velocity, acceleration, jerk] = limits.derivatives;
-        let [most_in_middle, acceleration] = [velocity * self.room[0], acceleration * self.room[1]];
+        let [_, acceleration, jerk] = limits.derivatives;
+        let [velocity, most_in_middle] = [self.speeds[0], self.speeds[1] * self.room[0]];
+        let acceleration = acceleration * self.room[1];
         let most = jerk * self.t;
         [
             most - self.d,

@@ -11,6 +11,7 @@ use crate::trajectory::rest_to_rest::quintic;
 
 use super::problem::{Cell, FREE, Group, Iterate, Problem};
 use super::profile::{Motion, Phase};
+use super::speeds::Bounds;
 
 /// How much slower than necessary the start is, so that it lies inside the limits.
 const EASE: f64 = 1.1;
@@ -40,9 +41,12 @@ pub struct Units {
 }
 
 /// Durations in which fifth-order polynomials from rest to rest keep all limits, s.
-fn quintics(ways: &[Vec<f64>], limits: &[KernelLimits]) -> Vec<f64> {
-    let of = |(way, limit): (&f64, &KernelLimits)| quintic(*way, limit.derivatives);
-    ways.iter().map(|row| row.iter().zip(limits).map(of).fold(0.0, f64::max)).collect()
+fn quintics(ways: &[Vec<f64>], limits: Bounds) -> Vec<f64> {
+    let longest = |(segment, row): (usize, &Vec<f64>)| {
+        let of = |(joint, way): (usize, &f64)| quintic(*way, limits.of(segment, joint));
+        row.iter().enumerate().map(of).fold(0.0, f64::max)
+    };
+    ways.iter().enumerate().map(longest).collect()
 }
 
 impl Units {
@@ -80,7 +84,7 @@ fn scaled(limit: &KernelLimits, units: &Units, joint: usize) -> [f64; 3] {
 /// compared with any segment stand for them, but long enough that the rounding of
 /// times does not count in them.
 pub fn effective(ways: &[Vec<f64>], limits: &[KernelLimits]) -> Vec<KernelLimits> {
-    let durations = quintics(ways, limits);
+    let durations = quintics(ways, Bounds::everywhere(limits));
     let shortest = durations.iter().copied().filter(|h| *h > 0.0).fold(f64::INFINITY, f64::min);
     let shortest = if shortest.is_finite() { shortest } else { 1.0 };
     let ramp = (1e-3 * shortest).max(SHORTEST_RAMP * durations.iter().sum::<f64>());
@@ -101,13 +105,13 @@ pub fn effective(ways: &[Vec<f64>], limits: &[KernelLimits]) -> Vec<KernelLimits
 ///
 pub fn pose(
     ways: &[Vec<f64>],
-    limits: &[KernelLimits],
+    limits: Bounds,
     ends: &Ends,
     cells: usize,
     mu: f64,
 ) -> (Problem, Iterate, Units) {
     let durations = quintics(ways, limits);
-    let units = Units::new(ways, limits, &durations);
+    let units = Units::new(ways, &limits, &durations);
     let (segments, dof) = (ways.len(), limits.len());
     let groups: Vec<Group> = (0..dof.div_ceil(WIDTH))
         .map(|group| {
@@ -158,10 +162,34 @@ pub fn pose(
             }
         }
     }
-    let problem = Problem { segments, cells, groups, change, shares };
+    let speeds = speeds(limits, &groups, segments, &units);
+    let problem = Problem { segments, cells, groups, change, speeds, shares };
     let durations: Vec<f64> = durations.iter().map(|h| (h / units.time).max(1e-6) * EASE).collect();
     let point = start(&problem, durations, mu);
     (problem, point, units)
+}
+
+/// Limits of velocity by segment, in the programme's units.
+fn speeds(limits: Bounds, groups: &[Group], segments: usize, units: &Units) -> Vec<[Lanes; 2]> {
+    let mut speeds = Vec::with_capacity(groups.len() * segments);
+    for (group, g) in groups.iter().enumerate() {
+        let inside = |segment: usize| {
+            let mut lanes = g.limits[0];
+            for lane in 0..g.used {
+                let joint = group * WIDTH + lane;
+                let limit = limits.of(segment, joint)[0];
+                lanes.0[lane] = (limit * units.time / units.length[joint]).min(FREE);
+            }
+            lanes
+        };
+        for segment in 0..segments {
+            let [own, next] = [segment, (segment + 1).min(segments - 1)].map(inside);
+            let mut at_end = own;
+            at_end.0.iter_mut().zip(next.0).for_each(|(own, next)| *own = own.min(next));
+            speeds.push([own, at_end]);
+        }
+    }
+    speeds
 }
 
 /// How long a joint takes from rest to its highest speed, s; infinite if it has none.
@@ -452,10 +480,11 @@ pub fn slack(problem: &Problem, point: &Iterate, group: usize, c: usize, lane: u
     let [t, v, a] = before(problem, point, group, c, lane);
     let [_, v1, a1] = point.cells[group * all + c].s.map(|s| s.0[lane]);
     let g = &problem.groups[group];
-    let [velocity, acceleration, jerk] = g.limits.map(|limit| limit.0[lane]);
+    let [_, acceleration, jerk] = g.limits.map(|limit| limit.0[lane]);
+    let [velocity, inside] = problem.speeds_of(group, c).map(|limit| limit.0[lane]);
     let middle = if c == 0 { v } else { v + 0.5 * g.smooth.0[lane] * t * a };
     let last = c + 1 == all;
-    let most_in_middle = if c == 0 || last { 2.0 * velocity } else { velocity };
+    let most_in_middle = if c == 0 || last { 2.0 * inside } else { inside };
     let acceleration = if last { acceleration * (1.0 + g.smooth.0[lane]) } else { acceleration };
     [
         jerk * t - (a1 - a),

@@ -39,6 +39,8 @@
 //! Ends in motion ([`moving`]) are given to the programme as they are: velocity and acceleration before its first
 //! cell, and at the end of its last.
 //!
+//! Limits of velocity may be lower in some segments ([`speeds`]): where two meet, the lower one holds.
+//!
 //! Long lists are planned in [`windows`]. Position limits between waypoints are not in the programme: a motion
 //! that leaves them is divided at the nearest waypoints, and its parts are planned as motions from rest to
 //! rest. From one waypoint to the next no such motion leaves them. A list whose programme is not
@@ -58,6 +60,7 @@ mod problem;
 mod profile;
 mod reach;
 mod refine;
+mod speeds;
 pub mod state_to_state;
 mod states;
 mod step;
@@ -68,6 +71,8 @@ pub use moving::fastest_between;
 pub use profile::{Motion, Phase};
 
 use std::ops::Range;
+
+use speeds::Bounds;
 
 use super::bound::lower_bound;
 use super::kernel::KernelLimits;
@@ -178,9 +183,9 @@ pub fn fastest_within(
     };
     let ends = Ends::at_rest(limits.len());
     let plan_from = |waypoints: &[Vec<f64>], iterations: usize, tell: &mut dyn FnMut(Stage)| {
-        let stops = stopped(&ways(waypoints), &limits);
+        let stops = stopped(&ways(waypoints), Bounds::everywhere(&limits));
         one_way(
-            &Route { waypoints, limits: &limits, ends: &ends },
+            &Route { waypoints, limits: &limits, speeds: &[], ends: &ends },
             &stops,
             budget,
             iterations,
@@ -209,7 +214,12 @@ pub fn fastest_within(
     }
     let values = 2 * limits.len() * waypoints.len().saturating_sub(2);
     if short && values <= THIRD_LOOK.1 && plan.motion.duration() > THIRD_LOOK.0 * lower {
-        third_look(&Route { waypoints, limits: &limits, ends: &ends }, &mut plan, budget, tell);
+        third_look(
+            &Route { waypoints, limits: &limits, speeds: &[], ends: &ends },
+            &mut plan,
+            budget,
+            tell,
+        );
         lower = lower.max(bound(&plan, waypoints));
     }
     plan.finished(waypoints, lower)
@@ -217,18 +227,34 @@ pub fn fastest_within(
 
 /// Searches the states at the waypoints, and takes over what that leads to if it is faster.
 fn third_look(route: &Route, plan: &mut Plan, budget: &Budget, tell: &mut dyn FnMut(Stage)) {
-    let Route { waypoints, limits, ends } = *route;
+    let Route { waypoints, limits, speeds, ends } = *route;
     let ways = ways(waypoints);
-    let stops = stopped(&ways, limits);
+    let stops = stopped(&ways, Bounds::new(limits, speeds));
     let mut watch = Watch::new(&stops, budget, plan.iterations, tell);
-    let part = Part { ways: &ways, waypoints, limits, ends: ends.clone(), stops };
+    let part = Part { ways: &ways, waypoints, limits, speeds, ends: ends.clone(), stops };
     let mut found = moving::at_once(&part, Some(&plan.motion), &mut watch);
     plan.iterations += found.iterations;
-    found.motion.stretch(found.motion.ratio(limits));
+    found.motion.stretch(found.motion.ratio(Bounds::new(limits, speeds)));
     let inside = found.motion.stops_within(waypoints, limits).is_empty();
     if inside && found.motion.duration() < plan.motion.duration() {
         (plan.motion, plan.moves) = (found.motion, true);
     }
+}
+
+/// The same within lower limits of velocity, `speeds[segment][joint]` in rad/s or m/s and positive; infinite where
+/// the joint's own holds. The lower bound is zero: what is known without them holds on.
+pub fn fastest_at_speeds(
+    waypoints: &[Vec<f64>],
+    limits: &[KernelLimits],
+    speeds: &[Vec<f64>],
+    budget: &Budget,
+) -> Fastest {
+    let ways = ways(waypoints);
+    let limits = layout::effective(&ways, limits);
+    let ends = Ends::at_rest(limits.len());
+    let stops = stopped(&ways, Bounds::new(&limits, speeds));
+    let route = Route { waypoints, limits: &limits, speeds, ends: &ends };
+    one_way(&route, &stops, budget, 0, &mut |_| {}).finished(waypoints, 0.0)
 }
 
 /// A motion is planned once more, backwards, where it takes more than this many times its lower bound, and
@@ -278,6 +304,8 @@ impl Plan {
 struct Route<'a> {
     waypoints: &'a [Vec<f64>],
     limits: &'a [KernelLimits],
+    /// Lower limits of velocity by segment, as in [`Bounds`].
+    speeds: &'a [Vec<f64>],
     ends: &'a Ends,
 }
 
@@ -286,6 +314,8 @@ struct Part<'a> {
     ways: &'a [Vec<f64>],
     waypoints: &'a [Vec<f64>],
     limits: &'a [KernelLimits],
+    /// As in [`Route`].
+    speeds: &'a [Vec<f64>],
     ends: Ends,
     /// The motion that stops at every waypoint between the ends.
     stops: Motion,
@@ -299,7 +329,7 @@ fn one_way(
     iterations: usize,
     tell: &mut dyn FnMut(Stage),
 ) -> Plan {
-    let Route { waypoints, limits, ends } = route;
+    let Route { waypoints, limits, speeds, ends } = route;
     let ways = ways(waypoints);
     let mut watch = Watch::new(stops, budget, iterations, tell);
     let stopping = watch.best;
@@ -314,6 +344,7 @@ fn one_way(
             ways: &ways[part.clone()],
             waypoints: &waypoints[part.start..=part.end],
             limits,
+            speeds: speeds.get(part.clone()).unwrap_or_default(),
             ends: ends.only(part.start == 0, part.end == ways.len()),
             stops: stops.segments(part.clone()),
         };
@@ -345,7 +376,7 @@ fn judge(
 ) -> Result<(Motion, bool), Vec<usize>> {
     let mut motion = planned.motion;
     if part.ends.are_at_rest() {
-        motion.stretch(motion.ratio(part.limits));
+        motion.stretch(motion.ratio(Bounds::new(part.limits, part.speeds)));
     }
     if motion.duration() < part.stops.duration() {
         let stops = motion.stops_within(part.waypoints, part.limits);
@@ -369,7 +400,7 @@ fn divide(part: Range<usize>, stops: &[usize], parts: &mut Vec<Range<usize>>) {
 }
 
 /// The motion that stops at every waypoint, at the limits exactly.
-fn stopped(ways: &[Vec<f64>], limits: &[KernelLimits]) -> Motion {
+fn stopped(ways: &[Vec<f64>], limits: Bounds) -> Motion {
     let mut motion = stopping::stopping(ways, limits);
     motion.stretch(motion.ratio(limits));
     motion

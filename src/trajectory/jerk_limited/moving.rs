@@ -14,6 +14,7 @@ use crate::trajectory::kernel::KernelLimits;
 
 use super::newton::MAX_SEGMENTS;
 use super::profile::Motion;
+use super::speeds::Bounds;
 use super::state_to_state::{State, StateFault, between};
 use super::states::search;
 use super::windows::{self, Planned};
@@ -58,7 +59,8 @@ pub fn fastest_between(
     let proves = waypoints.len() == 2 && limits.iter().all(limited);
     let limits = layout::effective(&ways(waypoints), limits);
     let stops = stops(waypoints, &limits, ends)?;
-    let plan = one_way(&Route { waypoints, limits: &limits, ends }, &stops, budget, 0, tell);
+    let plan =
+        one_way(&Route { waypoints, limits: &limits, speeds: &[], ends }, &stops, budget, 0, tell);
     let lower = if proves { plan.motion.duration() } else { 0.0 };
     Ok(plan.finished(waypoints, lower))
 }
@@ -80,7 +82,7 @@ fn stops(
                 .map(|(end, at)| states(end, &waypoints[at]));
             between(&from, &to, limits)?
         } else {
-            stopped(&ways[segment..=segment], limits)
+            stopped(&ways[segment..=segment], Bounds::everywhere(limits))
         };
         motion.append(next);
     }
@@ -140,7 +142,7 @@ fn solved(part: &Part, guess: Option<&Motion>, watch: &mut Watch) -> Planned {
     for _ in 0..TIGHTENINGS {
         let planned = windows::plan(part, &limits, guess, watch);
         iterations += planned.iterations;
-        let ratio = planned.motion.ratio(part.limits);
+        let ratio = planned.motion.ratio(Bounds::everywhere(part.limits));
         if ratio <= 1.0 + ROUNDING {
             return Planned { iterations, ..planned };
         }
@@ -188,12 +190,15 @@ fn settle(motion: &mut Motion, joint: usize, at_end: bool, least: f64) {
 /// the state at a waypoint near it.
 fn near_ends(part: &Part, watch: &mut Watch) -> Planned {
     let (segments, limits) = (part.ways.len(), part.limits);
-    let rest =
-        Part { ends: Ends::at_rest(limits.len()), stops: stopped(part.ways, limits), ..*part };
+    let rest = Part {
+        ends: Ends::at_rest(limits.len()),
+        stops: stopped(part.ways, Bounds::everywhere(limits)),
+        ..*part
+    };
     let to_go = watch.to_go.clone();
     let mut silent = Watch { tell: &mut |_| {}, to_go, ..*watch };
     let mut all = windows::plan(&rest, limits, None, &mut silent);
-    all.motion.stretch(all.motion.ratio(limits));
+    all.motion.stretch(all.motion.ratio(Bounds::everywhere(limits)));
     let [moves_off, arrives] = part.ends.rests().map(|rests| !rests);
     for (moves, near) in [(moves_off, 0..NEAR), (arrives, segments - NEAR..segments)] {
         if !moves {
@@ -217,7 +222,7 @@ fn near_ends(part: &Part, watch: &mut Watch) -> Planned {
         let Ok(stops) = stops(waypoints, limits, &ends) else {
             return Planned { motion: part.stops.clone(), converged: false, ..all };
         };
-        let own = Part { ways: &part.ways[near], waypoints, limits, ends, stops };
+        let own = Part { ways: &part.ways[near], waypoints, limits, speeds: &[], ends, stops };
         let anew = at_once(&own, None, &mut silent);
         all.iterations += anew.iterations;
         all.converged &= anew.converged;

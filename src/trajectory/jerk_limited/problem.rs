@@ -34,8 +34,25 @@ pub struct Problem {
     pub groups: Vec<Group>,
     /// Way of each segment: `[group * segments + segment]`.
     pub change: Vec<Lanes>,
+    /// Limit of velocity in each segment and where it ends, in the same order; the latter is the lower of both
+    /// segments that meet there.
+    pub speeds: Vec<[Lanes; 2]>,
     /// Each cell's share of its segment's duration, joint by joint: `[group][segment][cell]`.
     pub shares: Vec<Lanes>,
+}
+
+impl Problem {
+    /// Limits of velocity at the end of cell `c` and in its middle.
+    pub fn speeds_of(&self, group: usize, c: usize) -> [&Lanes; 2] {
+        speeds_of(&self.speeds[group * self.segments..], self.cells, c)
+    }
+}
+
+/// The same from one group's [`Problem::speeds`].
+#[inline(always)]
+pub fn speeds_of(speeds: &[[Lanes; 2]], cells: usize, c: usize) -> [&Lanes; 2] {
+    let [inside, at_end] = &speeds[c / cells];
+    [if (c + 1).is_multiple_of(cells) { at_end } else { inside }, inside]
 }
 
 /// One cell of eight joints.

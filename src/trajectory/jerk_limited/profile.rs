@@ -8,6 +8,7 @@ use crate::trajectory::{Prices, Trajectory};
 
 use super::layout::{Units, before};
 use super::problem::{FREE, Iterate, Problem};
+use super::speeds::Bounds;
 
 /// Neighbouring pieces become one if their jerk differs by less than the first share of
 /// its limit, and what that does to acceleration and velocity is below the second of theirs.
@@ -170,23 +171,21 @@ impl Motion {
 
     /// The largest share of a limit that is used, as the factor by which the
     /// motion would have to be slower to use exactly all of it.
-    pub fn ratio(&self, limits: &[KernelLimits]) -> f64 {
+    pub fn ratio(&self, limits: Bounds) -> f64 {
         let mut ratio = 0.0f64;
-        for (segments, limit) in self.phases.iter().zip(limits) {
-            let [velocity, acceleration, jerk] = limit.derivatives;
+        for (joint, segments) in self.phases.iter().enumerate() {
             let mut worst = [0.0f64; 3];
-            for phase in segments.iter().flatten() {
-                for (worst, peak) in worst.iter_mut().zip(phase.peaks()) {
-                    // Not-a-number must not get lost.
-                    *worst = if peak > *worst || peak.is_nan() { peak } else { *worst };
+            for (segment, phases) in segments.iter().enumerate() {
+                let limits = limits.of(segment, joint);
+                for phase in phases {
+                    for ((worst, peak), limit) in worst.iter_mut().zip(phase.peaks()).zip(limits) {
+                        let share = peak / limit;
+                        // Not-a-number must not get lost.
+                        *worst = if share > *worst || share.is_nan() { share } else { *worst };
+                    }
                 }
             }
-            let ratios = [
-                worst[0] / velocity,
-                libm::sqrt(worst[1] / acceleration),
-                libm::cbrt(worst[2] / jerk),
-            ];
-            for value in ratios {
+            for value in [worst[0], libm::sqrt(worst[1]), libm::cbrt(worst[2])] {
                 ratio = if value > ratio || value.is_nan() { value } else { ratio };
             }
         }

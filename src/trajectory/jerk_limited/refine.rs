@@ -97,7 +97,8 @@ fn cut(
         // What the value can reach in the cell: its limit, unless a lower derivative has one
         // that it would pass.
         let t = share * point.durations[segment];
-        let [velocity, acceleration, jerk] = problem.groups[group].limits.map(|l| l.0[lane]);
+        let [_, acceleration, jerk] = problem.groups[group].limits.map(|l| l.0[lane]);
+        let velocity = problem.speeds[group * problem.segments + segment][0].0[lane];
         let most = if problem.groups[group].smooth.0[lane] > 0.0 {
             jerk.min(acceleration / t).min(velocity / (t * t))
         } else {
@@ -114,7 +115,7 @@ fn cut(
     }
     // The middles of the first and the last cell are not held to the speed limit. Where one passes it, its
     // parts might, too.
-    let limit = problem.groups[group].limits[0].0[lane];
+    let limit = problem.speeds[group * problem.segments + segment][0].0[lane];
     for (q, given) in [(0, segment == 0), (k - 1, segment + 1 == problem.segments)] {
         let [t, v, a] = before(problem, point, group, segment * k + q, lane);
         let middle = v + 0.5 * problem.groups[group].smooth.0[lane] * t * a;

@@ -4,6 +4,7 @@ use crate::trajectory::kernel::KernelLimits;
 use crate::trajectory::rest_to_rest::{alone, gains, rest_to_rest};
 
 use super::profile::{Motion, Phase};
+use super::speeds::Bounds;
 
 /// One joint's phases over a segment of `length`.
 fn phases(way: f64, length: f64, limits: [f64; 3]) -> Vec<Phase> {
@@ -46,22 +47,22 @@ fn phases(way: f64, length: f64, limits: [f64; 3]) -> Vec<Phase> {
 ///
 /// `limits` without acceleration and jerk must have been given finite ones, see
 /// [`super::layout::effective`].
-pub fn stopping(ways: &[Vec<f64>], limits: &[KernelLimits]) -> Motion {
-    let duration = |row: &Vec<f64>| {
-        let of = |way: &f64, limit: &KernelLimits| alone(*way, limit.derivatives);
-        row.iter().zip(limits).map(|(way, limit)| of(way, limit)).fold(0.0, f64::max)
+pub fn stopping(ways: &[Vec<f64>], limits: Bounds) -> Motion {
+    let duration = |(segment, row): (usize, &Vec<f64>)| {
+        let of = |(joint, way): (usize, &f64)| alone(*way, limits.of(segment, joint));
+        row.iter().enumerate().map(of).fold(0.0, f64::max)
     };
-    let durations: Vec<f64> = ways.iter().map(duration).collect();
+    let durations: Vec<f64> = ways.iter().enumerate().map(duration).collect();
     let joint = |joint: usize| {
-        let segment = |(row, length): (&Vec<f64>, &f64)| {
-            phases(row[joint], *length, limits[joint].derivatives)
+        let segment = |(segment, (row, length)): (usize, (&Vec<f64>, &f64))| {
+            phases(row[joint], *length, limits.of(segment, joint))
         };
-        ways.iter().zip(&durations).map(segment).collect()
+        ways.iter().zip(&durations).enumerate().map(segment).collect()
     };
     let phases = (0..limits.len()).map(joint).collect();
     // At rest every state costs nothing that could be told from here.
     let prices = vec![vec![[0.0; 2]; limits.len()]; ways.len()];
-    let gains = ways.iter().map(|row| slowest_gains(row, limits)).collect();
+    let gains = ways.iter().map(|row| slowest_gains(row, &limits)).collect();
     Motion { phases, prices, gains, durations }
 }
 

@@ -13,6 +13,7 @@ use super::layout::{follow, hasten, leads_to_goal, pose};
 use super::newton::MAX_SEGMENTS;
 use super::profile::{Motion, motion};
 use super::refine::refine;
+use super::speeds::Bounds;
 use super::stopping::stopping;
 use super::{Part, Watch};
 
@@ -62,7 +63,7 @@ pub fn plan(
     guess: Option<&Motion>,
     watch: &mut Watch,
 ) -> Planned {
-    let ways = part.ways;
+    let (ways, bounds) = (part.ways, Bounds::new(limits, part.speeds));
     if ways.len() == 1 {
         // The closed form is the optimum.
         return Planned { motion: part.stops.clone(), iterations: 0, converged: true };
@@ -85,6 +86,7 @@ pub fn plan(
         if last == ways.len() {
             ends.goal.clone_from(&part.ends.goal);
         }
+        let limits = bounds.from(first);
         let (found, iterations) = attempt(window, limits, &ends, ahead.as_ref(), watch);
         all.iterations += iterations;
         all.converged &= found.as_ref().is_some_and(|(_, converged)| *converged);
@@ -112,16 +114,16 @@ pub fn plan(
 
 /// How many segments of a window to keep: at least [`AHEAD`] remain, and the next
 /// window starts where its first cell is least likely to pass a speed limit.
-fn keep(motion: &Motion, limits: &[KernelLimits]) -> usize {
+fn keep(motion: &Motion, limits: Bounds) -> usize {
     let planned = motion.durations.len();
     let mut best = (f64::NEG_INFINITY, planned);
     for kept in planned.saturating_sub(AHEAD + CHOICE).max(1)..=planned.saturating_sub(AHEAD) {
         let length = motion.durations[kept] / CELLS[0][0] as f64;
         let mut margin = f64::INFINITY;
-        for (joint, limit) in motion.phases.iter().zip(limits) {
-            let [_, v, a, _] = joint[kept].first().map_or([0.0; 4], |phase| phase.state);
+        for (joint, phases) in motion.phases.iter().enumerate() {
+            let [_, v, a, _] = phases[kept].first().map_or([0.0; 4], |phase| phase.state);
             let most = v.abs().max((v + 0.5 * length * a).abs());
-            margin = margin.min((1.0 - most / limit.derivatives[0]).min(0.0));
+            margin = margin.min((1.0 - most / limits.of(kept, joint)[0]).min(0.0));
         }
         if margin >= best.0 {
             best = (margin, kept);
@@ -133,7 +135,7 @@ fn keep(motion: &Motion, limits: &[KernelLimits]) -> usize {
 /// The best of what the divisions lead to, and whether it was solved to the end.
 fn attempt(
     ways: &[Vec<f64>],
-    limits: &[KernelLimits],
+    limits: Bounds,
     ends: &Ends,
     guess: Option<&Motion>,
     watch: &Watch,
