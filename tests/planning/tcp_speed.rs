@@ -340,8 +340,8 @@ fn speeds_by_segment_are_kept() {
         for k in 0..=200 {
             let t = ends[0] + (ends[1] - ends[0]) * f64::from(k) / 200.0;
             found.trajectory.sample(t, &mut state);
-            for joint in 0..2 {
-                highest[segment][joint] = highest[segment][joint].max(state.velocity[joint].abs());
+            for (highest, velocity) in highest[segment].iter_mut().zip(&state.velocity) {
+                *highest = highest.max(velocity.abs());
             }
         }
     }
