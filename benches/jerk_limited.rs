@@ -17,9 +17,12 @@ fn limits(rows: impl IntoIterator<Item = [f64; 3]>) -> Vec<KernelLimits> {
     rows.into_iter().map(|derivatives| KernelLimits { derivatives, position }).collect()
 }
 
+/// The first of many random tours, on which longer lists are measured.
+const FIRST: u64 = 20;
+
 /// Random waypoints of seven joints with limits of their own.
-fn tour(waypoints: usize) -> Problem {
-    let mut random = RandomStream::new(20, waypoints as u64);
+fn tour(waypoints: usize, seed: u64) -> Problem {
+    let mut random = RandomStream::new(seed, waypoints as u64);
     let rows =
         (0..waypoints).map(|_| (0..7).map(|_| random.uniform(-1.5, 1.5)).collect()).collect();
     let mut joint =
@@ -65,8 +68,17 @@ fn randoms() -> Vec<(String, Problem)> {
 
 fn plans(c: &mut Criterion) {
     let mut group = c.benchmark_group("fastest, seven joints");
+    for waypoints in [4, 6] {
+        // One tour may need twice the Newton steps of another: many in turn.
+        let tours: Vec<Problem> = (FIRST..FIRST + 40).map(|seed| tour(waypoints, seed)).collect();
+        let mut next = tours.iter().cycle();
+        group.sample_size(40);
+        group.bench_function(BenchmarkId::new("many tours", waypoints), |b| {
+            b.iter(|| next.next().map(|(rows, limits)| black_box(fastest(rows, limits)).lower))
+        });
+    }
     for waypoints in [2, 4, 6, 17, 50, 100, 1000] {
-        let (rows, limits) = tour(waypoints);
+        let (rows, limits) = tour(waypoints, FIRST);
         group.sample_size(if waypoints > 100 { 10 } else { 20 });
         group.bench_function(BenchmarkId::from_parameter(waypoints), |b| {
             b.iter(|| black_box(fastest(&rows, &limits)).lower)

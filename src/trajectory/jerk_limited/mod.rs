@@ -129,7 +129,22 @@ struct Watch<'a> {
     best: f64,
 }
 
-impl Watch<'_> {
+impl<'a> Watch<'a> {
+    /// Before anything is planned but `stops`; `iterations` went before.
+    fn new(
+        stops: &Motion,
+        budget: &'a Budget,
+        iterations: usize,
+        tell: &'a mut dyn FnMut(Stage),
+    ) -> Self {
+        let mut to_go = vec![0.0; stops.durations.len() + 1];
+        for (segment, duration) in stops.durations.iter().enumerate().rev() {
+            to_go[segment] = to_go[segment + 1] + duration;
+        }
+        let best = to_go[0];
+        Self { budget, tell, to_go, first: 0, start: 0.0, iterations, best }
+    }
+
     /// Whether time is up.
     fn is_over(&self) -> bool {
         self.budget.stop_reason(0).is_some()
@@ -177,6 +192,12 @@ pub fn fastest_within(
             tell,
         )
     };
+    // What is known of the first plan stays known while others are tried.
+    let mut known = f64::INFINITY;
+    let tell: &mut dyn FnMut(Stage) = &mut |stage| {
+        known = known.min(stage.duration);
+        tell(Stage { duration: known, ..stage });
+    };
     let mut plan = plan_from(waypoints, 0, tell);
     let mut lower = bound(&plan, waypoints);
     let short = (3..=SECOND_LOOK.1).contains(&waypoints.len());
@@ -191,7 +212,33 @@ pub fn fastest_within(
         }
         plan.iterations = iterations;
     }
+    let values = 2 * limits.len() * waypoints.len().saturating_sub(2);
+    if short && values <= THIRD_LOOK.1 && plan.motion.duration() > THIRD_LOOK.0 * lower {
+        third_look(
+            &Route { waypoints, limits: &limits, speeds: &[], ends: &ends },
+            &mut plan,
+            budget,
+            tell,
+        );
+        lower = lower.max(bound(&plan, waypoints));
+    }
     plan.finished(waypoints, lower)
+}
+
+/// Searches the states at the waypoints, and takes over what that leads to if it is faster.
+fn third_look(route: &Route, plan: &mut Plan, budget: &Budget, tell: &mut dyn FnMut(Stage)) {
+    let Route { waypoints, limits, speeds, ends } = *route;
+    let ways = ways(waypoints);
+    let stops = stopped(&ways, Bounds::new(limits, speeds));
+    let mut watch = Watch::new(&stops, budget, plan.iterations, tell);
+    let part = Part { ways: &ways, waypoints, limits, speeds, ends: ends.clone(), stops };
+    let mut found = moving::at_once(&part, Some(&plan.motion), &mut watch);
+    plan.iterations += found.iterations;
+    found.motion.stretch(found.motion.ratio(Bounds::new(limits, speeds)));
+    let inside = found.motion.stops_within(waypoints, limits).is_empty();
+    if inside && found.motion.duration() < plan.motion.duration() {
+        (plan.motion, plan.moves) = (found.motion, true);
+    }
 }
 
 /// The same within lower limits of velocity, `speeds[segment][joint]` in rad/s or m/s and positive; infinite where
@@ -213,6 +260,10 @@ pub fn fastest_at_speeds(
 /// A motion is planned once more, backwards, where it takes more than this many times its lower bound, and
 /// has at most so many waypoints.
 const SECOND_LOOK: (f64, usize) = (1.02, 40);
+
+/// Where it still takes more than this many times its lower bound, and has at most so many velocities and accelerations at
+/// waypoints, these are searched.
+const THIRD_LOOK: (f64, usize) = (1.05, 100);
 
 fn ways(waypoints: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let way =
@@ -280,12 +331,8 @@ fn one_way(
 ) -> Plan {
     let Route { waypoints, limits, speeds, ends } = route;
     let ways = ways(waypoints);
-    let mut to_go = vec![0.0; waypoints.len()];
-    for (segment, duration) in stops.durations.iter().enumerate().rev() {
-        to_go[segment] = to_go[segment + 1] + duration;
-    }
-    let stopping = to_go[0];
-    let mut watch = Watch { budget, tell, to_go, first: 0, start: 0.0, iterations, best: stopping };
+    let mut watch = Watch::new(stops, budget, iterations, tell);
+    let stopping = watch.best;
     (watch.tell)(Stage { iterations, duration: stopping });
     let mut motion = Motion::empty(limits.len());
     let (mut converged, mut moves) = (true, ways.len() == 1);

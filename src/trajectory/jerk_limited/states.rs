@@ -17,6 +17,9 @@ use super::{Part, Watch};
 /// Starts of a search times the values it varies, and the least and the largest number of starts.
 const EFFORT: [usize; 3] = [6000, 96, 768];
 
+/// By what the number of starts is divided where a motion is known.
+const FEWER: usize = 4;
+
 /// One in so many starts is followed further, and at least so many are.
 const BEST: [usize; 2] = [8, 12];
 
@@ -43,20 +46,22 @@ const PASSED: f64 = 4.0;
 /// Rounds in which the velocities of a spline are found; each leaves at most half of what is wrong.
 const ROUNDS: usize = 8;
 
-/// The motions found along `part`, the fastest first. None once `watch` says that time is up.
-pub fn search(part: &Part, watch: &Watch) -> Vec<Motion> {
+/// The motions found along `part`, the fastest first. None once `watch` says that time is up. Where a motion
+/// is `known` it is one of the starts, and there are fewer others.
+pub fn search(part: &Part, known: Option<&Motion>, watch: &Watch) -> Vec<Motion> {
     let ranges = ranges(part);
     let mut scratch = Scratch::default();
     let mut random = RandomStream::new(0, 0);
     let values = 2 * ranges.len() * (part.ways.len() - 1);
-    let starts = (EFFORT[0] / values).clamp(EFFORT[1], EFFORT[2]);
+    let all = (EFFORT[0] / values).clamp(EFFORT[1], EFFORT[2]);
+    let starts = if known.is_some() { all / FEWER } else { all };
     let mut courses: Vec<Course> = Vec::with_capacity(starts);
     for number in 0..starts {
         if watch.is_over() {
             break;
         }
         let states = match number {
-            0 => resting(part),
+            0 => known.map_or_else(|| resting(part), |motion| states_of(part, motion)),
             _ if number % 2 == 0 => scattered(part, &ranges, &mut random),
             _ => splines(part, &ranges, &mut random),
         };
@@ -236,6 +241,20 @@ fn resting(part: &Part) -> Vec<Vec<State>> {
         row.iter().enumerate().map(one).collect()
     };
     part.waypoints.iter().enumerate().map(row).collect()
+}
+
+/// The states of a motion along `part`.
+fn states_of(part: &Part, motion: &Motion) -> Vec<Vec<State>> {
+    let mut states = resting(part);
+    for (at, row) in states[..part.ways.len()].iter_mut().enumerate().skip(1) {
+        for (joint, state) in row.iter_mut().enumerate() {
+            if let Some(phase) = motion.phases[joint][at].first() {
+                [_, state.velocity, state.acceleration, _] = phase.state;
+                keep(state, part, joint);
+            }
+        }
+    }
+    states
 }
 
 /// A start anywhere.
