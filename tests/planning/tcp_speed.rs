@@ -303,7 +303,6 @@ fn only_fast_segments_are_slowed_down() {
         let slow = plan(with_ur5e("jerk_limited", Some(limit)));
         assert!(slow.certificate.lawful, "{:?}", slow.certificate.violations);
         let uniform = fast.duration * highest / limit;
-        println!("{limit:.4} m/s: {:.4} s, uniformly {uniform:.4} s", slow.duration);
         assert!(slow.duration < 0.97 * uniform, "{limit}: {} of {uniform}", slow.duration);
         assert!(slow.duration > fast.duration);
         assert!(slow.metrics.sensitivities.is_empty());
