@@ -225,19 +225,24 @@ pub fn fastest_within(
     plan.finished(waypoints, lower)
 }
 
-/// Searches the states at the waypoints, and takes over what that leads to if it is faster.
+/// Searches the states at the waypoints, and takes over what a programme that starts from there leads to, if it is faster.
+///
+/// The motions searched are joined from one closed form per segment and exact only to the rounding of each; a
+/// programme's solution is continuous and meets the waypoints.
 fn third_look(route: &Route, plan: &mut Plan, budget: &Budget, tell: &mut dyn FnMut(Stage)) {
     let Route { waypoints, limits, speeds, ends } = *route;
     let ways = ways(waypoints);
     let stops = stopped(&ways, Bounds::new(limits, speeds));
     let mut watch = Watch::new(&stops, budget, plan.iterations, tell);
     let part = Part { ways: &ways, waypoints, limits, speeds, ends: ends.clone(), stops };
-    let mut found = moving::at_once(&part, Some(&plan.motion), &mut watch);
-    plan.iterations += found.iterations;
-    found.motion.stretch(found.motion.ratio(Bounds::new(limits, speeds)));
-    let inside = found.motion.stops_within(waypoints, limits).is_empty();
-    if inside && found.motion.duration() < plan.motion.duration() {
-        (plan.motion, plan.moves) = (found.motion, true);
+    for guess in states::search(&part, Some(&plan.motion), &watch) {
+        let mut found = windows::plan(&part, limits, Some(&guess), &mut watch);
+        plan.iterations += found.iterations;
+        found.motion.stretch(found.motion.ratio(Bounds::new(limits, speeds)));
+        let inside = found.motion.stops_within(waypoints, limits).is_empty();
+        if found.converged && inside && found.motion.duration() < plan.motion.duration() {
+            (plan.motion, plan.moves) = (found.motion, true);
+        }
     }
 }
 

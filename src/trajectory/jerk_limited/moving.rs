@@ -102,17 +102,17 @@ fn states(end: &[[f64; 2]], positions: &[f64]) -> Vec<State> {
 pub fn plan(part: &Part, watch: &mut Watch) -> Planned {
     match part.ways.len() {
         1 => Planned { motion: part.stops.clone(), iterations: 0, converged: true },
-        2..=MAX_SEGMENTS => at_once(part, None, watch),
+        2..=MAX_SEGMENTS => at_once(part, watch),
         _ => near_ends(part, watch),
     }
 }
 
 /// The fastest of what programmes lead to that start from the motions searched, and of these themselves;
-/// one within the position limits, if there is any. The search starts from `known`, too.
-pub fn at_once(part: &Part, known: Option<&Motion>, watch: &mut Watch) -> Planned {
+/// one within the position limits, if there is any.
+fn at_once(part: &Part, watch: &mut Watch) -> Planned {
     let mut best = Planned { motion: part.stops.clone(), iterations: 0, converged: false };
     let (mut iterations, mut leaves) = (0, true);
-    let guesses = search(part, known, watch).into_iter().map(Some);
+    let guesses = search(part, None, watch).into_iter().map(Some);
     // The last programme starts in haste, where many joints have to pass a waypoint together.
     for guess in guesses.chain([None]) {
         let mut planned = solved(part, guess.as_ref(), watch);
@@ -223,7 +223,7 @@ fn near_ends(part: &Part, watch: &mut Watch) -> Planned {
             return Planned { motion: part.stops.clone(), converged: false, ..all };
         };
         let own = Part { ways: &part.ways[near], waypoints, limits, speeds: &[], ends, stops };
-        let anew = at_once(&own, None, &mut silent);
+        let anew = at_once(&own, &mut silent);
         all.iterations += anew.iterations;
         all.converged &= anew.converged;
         motion.append(anew.motion);
