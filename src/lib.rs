@@ -9,6 +9,7 @@ pub mod budget;
 pub mod fault;
 pub mod math;
 
+pub mod geometry;
 pub mod optimize;
 
 pub mod robot;

@@ -13,7 +13,7 @@ use syn::visit::{self, Visit};
 /// they hold.
 const LAYERS: &[&[&str]] = &[
     &["math", "budget", "fault"],
-    &["optimize"],
+    &["geometry", "optimize"],
     &["robot"],
     &["trajectory"],
     &["plan"],
@@ -39,8 +39,18 @@ const RESERVED: &[(&str, &[&str])] = &[
 ];
 
 /// Modules that run without a runtime, files or network.
-const PURE: &[&str] =
-    &["math", "budget", "fault", "optimize", "robot", "trajectory", "plan", "picture", "reproduce"];
+const PURE: &[&str] = &[
+    "math",
+    "budget",
+    "fault",
+    "geometry",
+    "optimize",
+    "robot",
+    "trajectory",
+    "plan",
+    "picture",
+    "reproduce",
+];
 
 fn layer(module: &str) -> Option<usize> {
     LAYERS.iter().position(|modules| modules.contains(&module))

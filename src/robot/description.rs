@@ -6,7 +6,7 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::Pose;
+use crate::geometry::Pose;
 
 /// A robot as JSON. Units are SI: m and rad, per joint type.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]

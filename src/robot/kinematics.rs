@@ -6,8 +6,9 @@
 
 use nalgebra::{Matrix6xX, Vector3, Vector6};
 
+use super::Joint;
 use super::description::{DhConvention, DhRow, JointType, KinematicsDescription};
-use super::{Joint, Pose, Transform};
+use crate::geometry::{Pose, Transform};
 
 /// The geometry of a robot, ready for evaluation.
 ///

@@ -7,7 +7,6 @@
 pub mod catalogue;
 mod description;
 mod kinematics;
-mod pose;
 mod tool_motion;
 mod validation;
 
@@ -16,7 +15,6 @@ pub use description::{
     Provenance, RobotDescription,
 };
 pub use kinematics::{Jacobian, Kinematics, LinkFrames};
-pub use pose::{Pose, Transform};
 pub use tool_motion::JointRange;
 
 use crate::fault::Faults;

@@ -1,8 +1,9 @@
 //! What makes a robot description valid.
 
 use super::description::{DhRow, Joint, JointType, KinematicsDescription};
-use super::{Pose, Robot, RobotDescription};
+use super::{Robot, RobotDescription};
 use crate::fault::Faults;
+use crate::geometry::Pose;
 
 /// Longest name of a robot or a joint, in characters.
 const MAX_NAME: usize = 64;

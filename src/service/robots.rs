@@ -8,8 +8,9 @@ use utoipa::ToSchema;
 
 use super::{ErrorCode, Service, ServiceError, blocking};
 use crate::fault::{Faults, read};
+use crate::geometry::Pose;
 use crate::job::{JobsError, Reply};
-use crate::robot::{Jacobian, LinkFrames, Pose, Robot, RobotDescription, catalogue};
+use crate::robot::{Jacobian, LinkFrames, Robot, RobotDescription, catalogue};
 
 /// Keeps the robots that users registered, as JSON text by name.
 pub trait RobotStore: Send + Sync {

@@ -5,10 +5,11 @@ use nalgebra::Vector3;
 use serde_json::{Value, json};
 use takt::budget::Budget;
 use takt::fault::Faults;
+use takt::geometry::Transform;
 use takt::plan::cell::Cell;
 use takt::plan::scenarios::{self, Scenario};
 use takt::plan::{PlanRequest, PlanResult, ProgramResult, validate};
-use takt::robot::{Transform, catalogue};
+use takt::robot::catalogue;
 
 use crate::support::timeless;
 

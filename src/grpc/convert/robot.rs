@@ -2,10 +2,11 @@
 
 use super::{MessageForm, Place};
 use crate::fault::Faults;
+use crate::geometry::Pose;
 use crate::grpc::proto;
 use crate::robot::{
     DhConvention, DhRow, Joint, JointLimits, JointProvenance, JointType, KinematicsDescription,
-    Pose, Provenance, RobotDescription,
+    Provenance, RobotDescription,
 };
 use crate::service::{RobotOrigin, RobotPut, RobotSummary};
 
