@@ -3,16 +3,12 @@
 use super::description::{DhRow, Joint, JointType, KinematicsDescription};
 use super::{Robot, RobotDescription};
 use crate::fault::Faults;
-use crate::geometry::Pose;
+use crate::geometry::{check_pose, length_problem};
 
 /// Longest name of a robot or a joint, in characters.
 const MAX_NAME: usize = 64;
-/// Beyond this a length is surely not in metres.
-const MAX_LENGTH_M: f64 = 1000.0;
 /// Offsets are angles of a drawing: beyond a few turns they are surely degrees.
 const MAX_OFFSET_RAD: f64 = 8.0 * std::f64::consts::PI;
-/// How far from 1 the norm of a quaternion may be.
-const NORM_TOLERANCE: f64 = 1e-6;
 /// Limits beyond this cannot be meant, and their powers would overflow.
 const MAX_LIMIT: f64 = 1e12;
 /// Limits below this would lead to durations beyond any use.
@@ -150,8 +146,8 @@ fn check_kinematics(kinematics: &KinematicsDescription, joints: &[Joint], faults
     for (index, (row, joint)) in kinematics.rows.iter().zip(joints).enumerate() {
         check_row(row, &joint.name, &format!("/kinematics/rows/{index}"), faults);
     }
-    check_pose(&kinematics.base, "base", faults);
-    check_pose(&kinematics.tool, "tool", faults);
+    check_pose(&kinematics.base, "/kinematics/base", "the base", faults);
+    check_pose(&kinematics.tool, "/kinematics/tool", "the tool", faults);
 }
 
 fn check_row(row: &DhRow, joint: &str, pointer: &str, faults: &mut Faults) {
@@ -175,41 +171,10 @@ fn check_row(row: &DhRow, joint: &str, pointer: &str, faults: &mut Faults) {
     }
 }
 
-/// What is wrong with a length in m.
-fn length_problem(value: f64) -> Option<String> {
-    if !value.is_finite() {
-        Some("must be a finite number".to_owned())
-    } else if value.abs() > MAX_LENGTH_M {
-        Some(format!("must be within ±{MAX_LENGTH_M} m; are these millimetres?"))
-    } else {
-        None
-    }
-}
-
-fn check_pose(pose: &Pose, name: &str, faults: &mut Faults) {
-    for (index, &value) in pose.position.iter().enumerate() {
-        if let Some(problem) = length_problem(value) {
-            faults.add(
-                format!("/kinematics/{name}/position/{index}"),
-                format!("position {value} m of the {name} {problem}"),
-            );
-        }
-    }
-    let norm = pose.orientation.iter().map(|component| component * component).sum::<f64>().sqrt();
-    if norm.is_nan() || (norm - 1.0).abs() > NORM_TOLERANCE {
-        faults.add(
-            format!("/kinematics/{name}/orientation"),
-            format!(
-                "quaternion {:?} of the {name} has norm {norm}, but must have norm 1 within {NORM_TOLERANCE:e}",
-                pose.orientation
-            ),
-        );
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Pose;
     use crate::robot::{DhConvention, JointLimits};
 
     fn valid() -> RobotDescription {
