@@ -19,7 +19,11 @@ impl Segment {
     /// Where along the segment it is nearest to `point`, in [0, 1].
     fn nearest_to(&self, point: &Point) -> f64 {
         let square = self.along.norm_squared();
-        if square > 0.0 { (self.along.dot(&(point - self.start)) / square).clamp(0.0, 1.0) } else { 0.0 }
+        if square > 0.0 {
+            (self.along.dot(&(point - self.start)) / square).clamp(0.0, 1.0)
+        } else {
+            0.0
+        }
     }
 
     fn distance_to_point(&self, point: &Point) -> f64 {

@@ -10,4 +10,4 @@ mod validation;
 pub use pose::{Pose, Transform};
 pub use shape::{Placed, Shape};
 pub use solid::{Core, Solid};
-pub use validation::{check_placed, check_pose, check_shape, length_problem};
+pub use validation::{check_pose, check_shape, length_problem};

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use super::closest::Segment;
 use super::gjk;
-use super::{Placed, Shape, Transform};
+use super::{Pose, Shape, Transform};
 
 type Point = Vector3<f64>;
 
@@ -52,10 +52,11 @@ pub struct Solid {
     pub radius: f64,
 }
 
-impl From<&Placed> for Solid {
-    fn from(placed: &Placed) -> Self {
-        let frame = Transform::from(&placed.pose);
-        let (core, radius) = match &placed.shape {
+impl Solid {
+    /// A valid shape with its origin and axes at `pose`.
+    pub fn new(shape: &Shape, pose: &Pose) -> Self {
+        let frame = Transform::from(pose);
+        let (core, radius) = match shape {
             Shape::Sphere { radius } => (Core::Point, *radius),
             Shape::Capsule { radius, length } => {
                 (Core::Segment { half_length: 0.5 * length }, *radius)
@@ -64,15 +65,14 @@ impl From<&Placed> for Solid {
                 (Core::Cylinder { radius: *radius, half_length: 0.5 * length }, 0.0)
             }
             Shape::Box { size } => (Core::Box { half_size: Point::from(*size) * 0.5 }, 0.0),
-            Shape::ConvexHull { points } => {
-                (Core::Hull { points: points.iter().map(|&point| Point::from(point)).collect() }, 0.0)
-            }
+            Shape::ConvexHull { points } => (
+                Core::Hull { points: points.iter().map(|&point| Point::from(point)).collect() },
+                0.0,
+            ),
         };
         Self { core, frame, radius }
     }
-}
 
-impl Solid {
     /// The same solid, its frame given in the outer one.
     pub fn moved(&self, outer_from_frame: &Transform) -> Self {
         Self { frame: *outer_from_frame * self.frame, ..self.clone() }
@@ -178,7 +178,9 @@ impl Solid {
     /// A radius about the frame's origin within which all of the solid lies, m.
     pub fn reach(&self) -> f64 {
         let core = match &self.core {
-            Core::Cylinder { radius, half_length } => (radius * radius + half_length * half_length).sqrt(),
+            Core::Cylinder { radius, half_length } => {
+                (radius * radius + half_length * half_length).sqrt()
+            }
             Core::Hull { points } => points.iter().map(Point::norm).fold(0.0, f64::max),
             _ => self.core_box().0.norm(),
         };

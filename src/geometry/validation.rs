@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::{Placed, Pose, Shape};
+use super::{Pose, Shape};
 use crate::fault::Faults;
 
 /// Beyond this a length is surely not in metres.
@@ -75,12 +75,6 @@ pub fn check_shape(shape: &Shape, pointer: &str, name: &str, faults: &mut Faults
     }
 }
 
-/// Adds what is wrong with `placed`, which stands at `pointer` and is `name`'s.
-pub fn check_placed(placed: &Placed, pointer: &str, name: &str, faults: &mut Faults) {
-    check_shape(&placed.shape, &format!("{pointer}/shape"), name, faults);
-    check_pose(&placed.pose, &format!("{pointer}/pose"), name, faults);
-}
-
 fn extent_problem(value: f64, least: f64) -> Option<String> {
     length_problem(value).or_else(|| {
         let small = value < least;
@@ -137,9 +131,9 @@ mod tests {
     use super::*;
 
     fn faults_of(value: serde_json::Value) -> Faults {
-        let placed: Placed = serde_json::from_value(value).unwrap();
+        let shape: Shape = serde_json::from_value(value).unwrap();
         let mut faults = Faults::default();
-        check_placed(&placed, "/obstacles/3", "obstacle \"table\"", &mut faults);
+        check_shape(&shape, "/obstacles/3/shape", "obstacle \"table\"", &mut faults);
         faults
     }
 
@@ -147,9 +141,9 @@ mod tests {
     fn each_fault_is_found_where_it_is_and_named() {
         let tetrahedron = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]];
         for valid in [
-            json!({"shape": {"type": "sphere", "radius": 0.1}}),
-            json!({"shape": {"type": "capsule", "radius": 0.1, "length": 0}}),
-            json!({"shape": {"type": "convex_hull", "points": tetrahedron}}),
+            json!({"type": "sphere", "radius": 0.1}),
+            json!({"type": "capsule", "radius": 0.1, "length": 0}),
+            json!({"type": "convex_hull", "points": tetrahedron}),
         ] {
             assert!(faults_of(valid).is_empty());
         }
@@ -164,7 +158,7 @@ mod tests {
             (json!({"type": "convex_hull", "points": square}), "/shape/points", "one plane"),
             (json!({"type": "convex_hull", "points": [[0, 0, 0]]}), "/shape/points", "1 points"),
         ] {
-            let faults = faults_of(json!({"shape": value}));
+            let faults = faults_of(value);
             assert_eq!(faults.0.len(), 1, "{faults}");
             assert_eq!(faults.0[0].pointer, format!("/obstacles/3{pointer}"), "{faults}");
             assert!(faults.0[0].detail.contains(words), "{faults}");
