@@ -67,6 +67,16 @@ impl Transform {
         self.origin + self.direction(point)
     }
 
+    /// Turns a direction of the outer frame into this one.
+    pub fn inverse_direction(&self, direction: &Vector3<f64>) -> Vector3<f64> {
+        Vector3::new(self.x.dot(direction), self.y.dot(direction), self.z.dot(direction))
+    }
+
+    /// Takes a point of the outer frame into this one, m.
+    pub fn inverse_point(&self, point: &Vector3<f64>) -> Vector3<f64> {
+        self.inverse_direction(&(point - self.origin))
+    }
+
     /// The rotation matrix, its columns the axes.
     pub fn rotation(&self) -> Matrix3<f64> {
         Matrix3::from_columns(&[self.x, self.y, self.z])

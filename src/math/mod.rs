@@ -3,4 +3,5 @@
 pub mod lanes;
 pub mod polynomial;
 pub mod random;
+pub mod singles;
 pub mod statistics;

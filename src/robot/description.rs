@@ -6,7 +6,7 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::geometry::Pose;
+use crate::geometry::{Pose, Shape};
 
 /// A robot as JSON. Units are SI: m and rad, per joint type.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -31,6 +31,42 @@ pub struct RobotDescription {
     /// Link lengths and frames. Joint-space timing does without them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub kinematics: Option<KinematicsDescription>,
+    /// What the robot consists of, for collision checks; needs kinematics.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub geometry: Vec<Body>,
+    /// Pairs of links that may touch and are never checked, beside neighbours: a link and the next one that has a
+    /// body.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub allowed_pairs: Vec<[usize; 2]>,
+    /// Where given, links that `geometry` has no body for get capsules of this radius along the lines that their
+    /// Denavit-Hartenberg rows draw, m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub link_radius: Option<f64>,
+}
+
+/// A solid that moves with a link of the robot.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields, rename_all = "snake_case")]
+pub struct Body {
+    /// The link: 0 is the base, i the frame after joint i.
+    #[schema(maximum = 32)]
+    pub link: usize,
+    /// What to call it in reports; default the link's name, `link_2`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// The solid.
+    pub shape: Shape,
+    /// Of the solid's origin and axes in the link's frame; default the identity.
+    #[serde(default)]
+    pub pose: Pose,
+    /// Where its measures come from; absent means not told.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub provenance: Option<Provenance>,
+}
+
+/// What reports and allowed pairs call link `link`: 0 is the base, i the frame after joint i.
+pub fn link_name(link: usize) -> String {
+    format!("link_{link}")
 }
 
 fn unnamed() -> String {

@@ -6,14 +6,16 @@
 
 pub mod catalogue;
 mod description;
+mod geometry;
 mod kinematics;
 mod tool_motion;
 mod validation;
 
 pub use description::{
-    DhConvention, DhRow, Joint, JointLimits, JointProvenance, JointType, KinematicsDescription,
-    Provenance, RobotDescription,
+    Body, DhConvention, DhRow, Joint, JointLimits, JointProvenance, JointType,
+    KinematicsDescription, Provenance, RobotDescription, link_name,
 };
+pub use geometry::capsules_along_links;
 pub use kinematics::{Jacobian, Kinematics, LinkFrames};
 pub use tool_motion::JointRange;
 
@@ -25,6 +27,8 @@ pub struct Robot {
     description: RobotDescription,
     joint_names: Vec<String>,
     kinematics: Option<Kinematics>,
+    bodies: Vec<Body>,
+    checked_pairs: Vec<[usize; 2]>,
 }
 
 impl Robot {
@@ -43,7 +47,9 @@ impl Robot {
             .kinematics
             .as_ref()
             .map(|kinematics| Kinematics::new(kinematics, &description.joints));
-        Ok(Self { description, joint_names, kinematics })
+        let bodies = geometry::bodies(&description);
+        let checked_pairs = geometry::checked_pairs(&description, &bodies);
+        Ok(Self { description, joint_names, kinematics, bodies, checked_pairs })
     }
 
     /// The robot's name.
@@ -74,6 +80,16 @@ impl Robot {
     /// The kinematics, where the description has them.
     pub fn kinematics(&self) -> Option<&Kinematics> {
         self.kinematics.as_ref()
+    }
+
+    /// What the robot consists of: the bodies given, then capsules along links where they are wanted.
+    pub fn bodies(&self) -> &[Body] {
+        &self.bodies
+    }
+
+    /// The pairs of links that must not touch, the lower link first.
+    pub fn checked_pairs(&self) -> &[[usize; 2]] {
+        &self.checked_pairs
     }
 }
 
@@ -149,7 +165,7 @@ mod tests {
     #[test]
     fn unknown_fields_and_words_are_refused() {
         for (json, fault) in [
-            (json!({"joints": [], "geometry": []}), "unknown field `geometry`"),
+            (json!({"joints": [], "meshes": []}), "unknown field `meshes`"),
             (json!({"joints": [{"name": "j", "type": "screw"}]}), "unknown variant `screw`"),
             (
                 json!({"joints": [{"name": "j", "type": "revolute", "limits": {"torque": 1}}]}),

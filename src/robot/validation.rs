@@ -1,18 +1,14 @@
 //! What makes a robot description valid.
 
-use super::description::{DhRow, Joint, JointType, KinematicsDescription};
+use super::description::{Body, DhRow, Joint, JointType, KinematicsDescription, link_name};
 use super::{Robot, RobotDescription};
 use crate::fault::Faults;
-use crate::geometry::Pose;
+use crate::geometry::{Shape, check_pose, check_shape, length_problem};
 
 /// Longest name of a robot or a joint, in characters.
 const MAX_NAME: usize = 64;
-/// Beyond this a length is surely not in metres.
-const MAX_LENGTH_M: f64 = 1000.0;
 /// Offsets are angles of a drawing: beyond a few turns they are surely degrees.
 const MAX_OFFSET_RAD: f64 = 8.0 * std::f64::consts::PI;
-/// How far from 1 the norm of a quaternion may be.
-const NORM_TOLERANCE: f64 = 1e-6;
 /// Limits beyond this cannot be meant, and their powers would overflow.
 const MAX_LIMIT: f64 = 1e12;
 /// Limits below this would lead to durations beyond any use.
@@ -26,6 +22,7 @@ pub(super) fn check(description: &RobotDescription) -> Result<(), Faults> {
     if let Some(kinematics) = &description.kinematics {
         check_kinematics(kinematics, &description.joints, &mut faults);
     }
+    check_geometry(description, &mut faults);
     faults.into_result(())
 }
 
@@ -150,8 +147,8 @@ fn check_kinematics(kinematics: &KinematicsDescription, joints: &[Joint], faults
     for (index, (row, joint)) in kinematics.rows.iter().zip(joints).enumerate() {
         check_row(row, &joint.name, &format!("/kinematics/rows/{index}"), faults);
     }
-    check_pose(&kinematics.base, "base", faults);
-    check_pose(&kinematics.tool, "tool", faults);
+    check_pose(&kinematics.base, "/kinematics/base", "the base", faults);
+    check_pose(&kinematics.tool, "/kinematics/tool", "the tool", faults);
 }
 
 fn check_row(row: &DhRow, joint: &str, pointer: &str, faults: &mut Faults) {
@@ -175,41 +172,62 @@ fn check_row(row: &DhRow, joint: &str, pointer: &str, faults: &mut Faults) {
     }
 }
 
-/// What is wrong with a length in m.
-fn length_problem(value: f64) -> Option<String> {
-    if !value.is_finite() {
-        Some("must be a finite number".to_owned())
-    } else if value.abs() > MAX_LENGTH_M {
-        Some(format!("must be within ±{MAX_LENGTH_M} m; are these millimetres?"))
-    } else {
-        None
+fn check_geometry(description: &RobotDescription, faults: &mut Faults) {
+    if description.kinematics.is_none() {
+        for (given, pointer) in [
+            (!description.geometry.is_empty(), "/geometry"),
+            (description.link_radius.is_some(), "/link_radius"),
+        ] {
+            if given {
+                faults.add(pointer, "solids need kinematics to be placed, but none are given");
+            }
+        }
+    }
+    let dof = description.joints.len();
+    for (index, body) in description.geometry.iter().enumerate() {
+        check_body(body, dof, &format!("/geometry/{index}"), faults);
+    }
+    for (index, pair) in description.allowed_pairs.iter().enumerate() {
+        for (place, &link) in pair.iter().enumerate() {
+            check_link(link, dof, &format!("/allowed_pairs/{index}/{place}"), faults);
+        }
+    }
+    if let Some(radius) = description.link_radius {
+        let sphere = Shape::Sphere { radius };
+        let mut found = Faults::default();
+        check_shape(&sphere, "", "the links", &mut found);
+        for fault in found.0 {
+            faults.add("/link_radius", fault.detail);
+        }
     }
 }
 
-fn check_pose(pose: &Pose, name: &str, faults: &mut Faults) {
-    for (index, &value) in pose.position.iter().enumerate() {
-        if let Some(problem) = length_problem(value) {
-            faults.add(
-                format!("/kinematics/{name}/position/{index}"),
-                format!("position {value} m of the {name} {problem}"),
-            );
-        }
+fn check_body(body: &Body, dof: usize, pointer: &str, faults: &mut Faults) {
+    check_link(body.link, dof, &format!("{pointer}/link"), faults);
+    if let Some(name) = &body.name
+        && (name.trim().is_empty() || name.chars().count() > MAX_NAME)
+    {
+        let detail = format!("name {name:?} must have 1 to {MAX_NAME} characters");
+        faults.add(format!("{pointer}/name"), detail);
     }
-    let norm = pose.orientation.iter().map(|component| component * component).sum::<f64>().sqrt();
-    if norm.is_nan() || (norm - 1.0).abs() > NORM_TOLERANCE {
-        faults.add(
-            format!("/kinematics/{name}/orientation"),
-            format!(
-                "quaternion {:?} of the {name} has norm {norm}, but must have norm 1 within {NORM_TOLERANCE:e}",
-                pose.orientation
-            ),
-        );
+    let owner = body.name.clone().unwrap_or_else(|| link_name(body.link));
+    check_shape(&body.shape, &format!("{pointer}/shape"), &owner, faults);
+    check_pose(&body.pose, &format!("{pointer}/pose"), &owner, faults);
+}
+
+fn check_link(link: usize, dof: usize, pointer: &str, faults: &mut Faults) {
+    // Without joints the fault is there, not in the link.
+    if link > dof && dof > 0 {
+        let detail =
+            format!("link {link}, but must be 0 (the base) to {dof} (after the last joint)");
+        faults.add(pointer, detail);
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Pose;
     use crate::robot::{DhConvention, JointLimits};
 
     fn valid() -> RobotDescription {
@@ -235,6 +253,15 @@ mod tests {
                 base: Pose::default(),
                 tool: Pose::default(),
             }),
+            geometry: vec![Body {
+                link: 1,
+                name: None,
+                shape: Shape::Sphere { radius: 0.1 },
+                pose: Pose::default(),
+                provenance: None,
+            }],
+            allowed_pairs: vec![[0, 2]],
+            link_radius: None,
         }
     }
 
@@ -347,6 +374,24 @@ mod tests {
         ),
     ];
 
+    const BAD_GEOMETRY: &[Case] = &[
+        (|d| d.geometry[0].link = 4, "/geometry/0/link", &["link 4", "0 (the base) to 3"]),
+        (|d| d.allowed_pairs[0][1] = 9, "/allowed_pairs/0/1", &["link 9"]),
+        (
+            |d| d.geometry[0].shape = Shape::Sphere { radius: f64::NAN },
+            "/geometry/0/shape/radius",
+            &["NaN", "link_1"],
+        ),
+        (
+            |d| d.geometry[0].pose.position[0] = f64::INFINITY,
+            "/geometry/0/pose/position/0",
+            &["inf", "link_1"],
+        ),
+        (|d| d.geometry[0].name = Some(" ".into()), "/geometry/0/name", &["1 to 64"]),
+        (|d| d.link_radius = Some(0.0), "/link_radius", &["radius 0 m", "positive"]),
+        (|d| d.kinematics = None, "/geometry", &["kinematics"]),
+    ];
+
     #[test]
     fn the_unchanged_description_is_valid() {
         assert!(Robot::new(valid()).is_ok());
@@ -354,7 +399,7 @@ mod tests {
 
     #[test]
     fn each_fault_is_found_where_it_is_and_named() {
-        let cases = BAD_JOINTS.iter().chain(BAD_KINEMATICS);
+        let cases = BAD_JOINTS.iter().chain(BAD_KINEMATICS).chain(BAD_GEOMETRY);
         for (number, (change, pointer, words)) in cases.enumerate() {
             let faults = faults_after(change);
             assert_eq!(faults.0.len(), 1, "case {number}: {faults}");
@@ -372,6 +417,7 @@ mod tests {
     fn more_joints_than_allowed_are_refused() {
         let mut description = valid();
         description.kinematics = None;
+        description.geometry.clear();
         let joint = description.joints[0].clone();
         let named = |index: usize| Joint { name: format!("j{index}"), ..joint.clone() };
         description.joints = (0..Robot::MAX_DOF).map(named).collect();

@@ -1,0 +1,231 @@
+//! The robot as a chain of screws: what all of collision checking knows about kinematics.
+
+use nalgebra::Vector3;
+
+use crate::geometry::Transform;
+use crate::robot::{DhConvention, DhRow, JointType, Robot};
+
+/// A constant transform, then a screw along its z axis.
+#[derive(Clone, Debug)]
+pub(super) struct Screw {
+    /// From the frame before to the joint's own at position zero.
+    pub(super) constant: Transform,
+    /// True if the joint turns, false if it slides.
+    pub(super) turns: bool,
+    /// Which position moves the joint.
+    pub(super) joint: usize,
+    /// What multiplies the position; its sign is the joint's.
+    pub(super) ratio: f64,
+    /// What is added to it, rad or m.
+    pub(super) offset: f64,
+    /// Largest magnitude of the position where the joint slides, m.
+    pub(super) travel: f64,
+}
+
+impl Screw {
+    /// How far the screw is turned or drawn out where its joint stands at `position`.
+    pub(super) fn position(&self, position: f64) -> f64 {
+        self.ratio * position + self.offset
+    }
+}
+
+/// Where a link of the robot is: in the frame after `screws` screws.
+#[derive(Clone, Debug)]
+pub(super) struct LinkPlace {
+    pub(super) screws: usize,
+    pub(super) frame_from_link: Transform,
+}
+
+/// The screws of a robot and where its links are.
+#[derive(Clone, Debug)]
+pub(super) struct Chain {
+    pub(super) dof: usize,
+    pub(super) world_from_base: Transform,
+    pub(super) screws: Vec<Screw>,
+    /// The base, the frame after each joint, and the tool.
+    pub(super) links: Vec<LinkPlace>,
+}
+
+/// Sliding joints without limits are taken to stay within this, m.
+const UNLIMITED_TRAVEL_M: f64 = 1000.0;
+
+impl Chain {
+    /// The chain of `robot`, if its kinematics are known.
+    pub(super) fn new(robot: &Robot) -> Option<Self> {
+        let kinematics = robot.description().kinematics.as_ref()?;
+        let mut links = vec![LinkPlace { screws: 0, frame_from_link: Transform::IDENTITY }];
+        let mut screws = Vec::new();
+        // What stands between the last screw and the frame after its joint.
+        let mut rest = Transform::IDENTITY;
+        for (index, (row, joint)) in kinematics.rows.iter().zip(robot.joints()).enumerate() {
+            let turns = joint.joint_type != JointType::Prismatic;
+            let limits = [joint.limits.lower, joint.limits.upper];
+            let [along_x, along_z] = constants(row, turns);
+            let (constant, after) = match kinematics.convention {
+                DhConvention::ModifiedDh => (along_x * along_z, Transform::IDENTITY),
+                DhConvention::StandardDh => (along_z, along_x),
+            };
+            screws.push(Screw {
+                constant: rest * constant,
+                turns,
+                joint: index,
+                ratio: row.sign,
+                offset: if turns { row.theta } else { 0.0 },
+                travel: limits
+                    .iter()
+                    .fold(0.0, |most, limit| limit.map_or(UNLIMITED_TRAVEL_M, f64::abs).max(most)),
+            });
+            rest = after;
+            links.push(LinkPlace { screws: index + 1, frame_from_link: rest });
+        }
+        let tool = rest * Transform::from(&kinematics.tool);
+        links.push(LinkPlace { screws: screws.len(), frame_from_link: tool });
+        let world_from_base = Transform::from(&kinematics.base);
+        Some(Self { dof: robot.dof(), world_from_base, screws, links })
+    }
+
+    /// The frame before the first and after each screw, in the world, at `configuration` (rad or m per joint).
+    pub(super) fn forward(&self, configuration: &[f64], frames: &mut Vec<Transform>) {
+        frames.clear();
+        let mut frame = self.world_from_base;
+        frames.push(frame);
+        for screw in &self.screws {
+            let position = screw.position(configuration[screw.joint]);
+            frame = frame * screw.constant;
+            if screw.turns {
+                let (sin, cos) = (libm::sin(position), libm::cos(position));
+                let (x, y) = (frame.x, frame.y);
+                frame.x = x * cos + y * sin;
+                frame.y = y * cos - x * sin;
+            } else {
+                frame.origin += frame.z * position;
+            }
+            frames.push(frame);
+        }
+    }
+
+    /// How far a point moves at most per unit of each screw, if it stays within `radius` of `axis_radius` around the axis of
+    /// the last of the first `screws` screws and within `radius` of that frame's origin: m/rad, or 1 for sliding joints.
+    ///
+    /// Turning moves a point by no more than its distance from the axis, which is no more than the sum of what lies between:
+    /// lengths of constants, travels of sliding joints, and the radius.
+    pub(super) fn reach(&self, screws: usize, radius: f64, axis_radius: f64) -> Vec<f64> {
+        let mut reach = vec![0.0; screws];
+        let mut distance = radius;
+        for index in (0..screws).rev() {
+            let screw = &self.screws[index];
+            reach[index] = match screw.turns {
+                true if index + 1 == screws => axis_radius,
+                true => distance,
+                false => 1.0,
+            };
+            distance += screw.constant.origin.norm();
+            if !screw.turns {
+                distance += screw.travel;
+            }
+        }
+        reach
+    }
+
+    /// A ball in the world that a point within `radius` of the origin after `screws` screws never leaves.
+    pub(super) fn room(&self, screws: usize, radius: f64) -> (Vector3<f64>, f64) {
+        let mut center = self.world_from_base;
+        let Some(first) = self.screws[..screws].first() else { return (center.origin, radius) };
+        // The first joint's frame turns on the spot, so the ball is around that.
+        center = center * first.constant;
+        let lengths = self.screws[1..screws].iter().map(|screw| {
+            screw.constant.origin.norm() + if screw.turns { 0.0 } else { screw.travel }
+        });
+        let travel = if first.turns { 0.0 } else { first.travel };
+        (center.origin, radius + travel + lengths.sum::<f64>())
+    }
+}
+
+/// A row's constant parts: the screw along x, and the shift along z; where the joint slides also the turn about z.
+fn constants(row: &DhRow, turns: bool) -> [Transform; 2] {
+    let (sin, cos) = (right(libm::sin(row.alpha)), right(libm::cos(row.alpha)));
+    let along_x = Transform {
+        x: Vector3::x(),
+        y: Vector3::new(0.0, cos, sin),
+        z: Vector3::new(0.0, -sin, cos),
+        origin: Vector3::new(row.a, 0.0, 0.0),
+    };
+    let theta = if turns { 0.0 } else { row.theta };
+    let (sin, cos) = (right(libm::sin(theta)), right(libm::cos(theta)));
+    let along_z = Transform {
+        x: Vector3::new(cos, sin, 0.0),
+        y: Vector3::new(-sin, cos, 0.0),
+        z: Vector3::z(),
+        origin: Vector3::new(0.0, 0.0, row.d),
+    };
+    [along_x, along_z]
+}
+
+/// Right angles are meant exactly: the cosine of pi/2 as a number is 6e-17.
+fn right(value: f64) -> f64 {
+    if value.abs() < 1e-15 { 0.0 } else { value }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::random::RandomStream;
+    use crate::robot::{LinkFrames, catalogue};
+
+    #[test]
+    fn the_chain_stands_where_the_kinematics_do() {
+        let standard = serde_json::json!({"joints": [
+            {"name": "a", "type": "revolute"}, {"name": "b", "type": "prismatic"}, {"name": "c", "type": "revolute"}],
+            "kinematics": {"convention": "standard_dh", "rows": [
+                {"a": 0.3, "alpha": 0.4, "d": 0.2, "theta": 0.1},
+                {"a": -0.1, "alpha": -1.1, "d": 0.5, "theta": 0.7, "sign": -1},
+                {"a": 0.2, "alpha": 1.3, "d": -0.2, "theta": -0.4, "sign": -1}],
+                "base": {"position": [1, 2, 3], "orientation": [0.5, 0.5, 0.5, 0.5]},
+                "tool": {"position": [0.1, 0.2, 0.3], "orientation": [0, 0.6, 0, 0.8]}}});
+        let standard = Robot::new(serde_json::from_value(standard).unwrap()).unwrap();
+        let mut random = RandomStream::new(1, 0);
+        for robot in crate::robot::catalogue::all().iter().map(AsRef::as_ref).chain([&standard]) {
+            let chain = Chain::new(robot).unwrap();
+            let mut expected = LinkFrames::new(robot.dof());
+            let mut frames = Vec::new();
+            for _ in 0..5 {
+                let configuration: Vec<_> =
+                    (0..robot.dof()).map(|_| random.uniform(-3.0, 3.0)).collect();
+                robot.kinematics().unwrap().forward(&configuration, &mut expected);
+                chain.forward(&configuration, &mut frames);
+                let all = [&[*expected.base()], expected.links(), &[*expected.tool()]].concat();
+                assert_eq!(all.len(), chain.links.len());
+                for (place, expected) in chain.links.iter().zip(all) {
+                    let found = frames[place.screws] * place.frame_from_link;
+                    let off = (found.rotation() - expected.rotation()).norm()
+                        + (found.origin - expected.origin).norm();
+                    assert!(off < 1e-12, "{}: {off}", robot.name());
+                }
+            }
+        }
+    }
+
+    /// What continuous checks rest on.
+    #[test]
+    fn no_point_moves_further_than_its_reach() {
+        let robot = catalogue::get("ur5e").unwrap();
+        let chain = Chain::new(&robot).unwrap();
+        let mut random = RandomStream::new(2, 0);
+        let (mut before, mut after) = (Vec::new(), Vec::new());
+        for _ in 0..2000 {
+            let screws = 1 + (random.unit() * 6.0) as usize;
+            let point = Vector3::from_fn(|_, _| random.uniform(-0.2, 0.2));
+            let reach = chain.reach(screws, point.norm(), point.xy().norm());
+            let from: Vec<_> = (0..6).map(|_| random.uniform(-3.0, 3.0)).collect();
+            let to: Vec<_> = from.iter().map(|q| q + random.uniform(-0.3, 0.3)).collect();
+            chain.forward(&from, &mut before);
+            chain.forward(&to, &mut after);
+            let moved = (before[screws].point(&point) - after[screws].point(&point)).norm();
+            let bound: f64 =
+                (0..screws).map(|index| reach[index] * (to[index] - from[index]).abs()).sum();
+            assert!(moved <= bound, "{moved} {bound}");
+            let (center, radius) = chain.room(screws, point.norm());
+            assert!((before[screws].point(&point) - center).norm() <= radius + 1e-12);
+        }
+    }
+}
