@@ -67,6 +67,13 @@ impl Transform {
         self.origin + self.direction(point)
     }
 
+    /// The way back.
+    pub fn inverse(&self) -> Self {
+        let turned = self.rotation().transpose();
+        let axis = |index: usize| Vector3::from(turned.column(index));
+        Self { x: axis(0), y: axis(1), z: axis(2), origin: -(turned * self.origin) }
+    }
+
     /// The rotation matrix, its columns the axes.
     pub fn rotation(&self) -> Matrix3<f64> {
         Matrix3::from_columns(&[self.x, self.y, self.z])

@@ -4,3 +4,4 @@ pub mod lanes;
 pub mod polynomial;
 pub mod random;
 pub mod statistics;
+pub mod trigonometry;

@@ -1,6 +1,8 @@
 //! What makes a robot description valid.
 
-use super::description::{DhRow, Joint, JointType, KinematicsDescription};
+use super::description::{
+    DhRow, Joint, JointType, KinematicsDescription, KinematicsForm, LinkDescription,
+};
 use super::{Robot, RobotDescription};
 use crate::fault::Faults;
 use crate::geometry::Pose;
@@ -13,6 +15,11 @@ const MAX_LENGTH_M: f64 = 1000.0;
 const MAX_OFFSET_RAD: f64 = 8.0 * std::f64::consts::PI;
 /// How far from 1 the norm of a quaternion may be.
 const NORM_TOLERANCE: f64 = 1e-6;
+/// The most links: every joint may be followed by one more.
+const MAX_LINKS: usize = 2 * Robot::MAX_DOF;
+/// Ratios of gears between joints are within these.
+const MIN_RATIO: f64 = 1e-6;
+const MAX_RATIO: f64 = 1e6;
 /// Limits beyond this cannot be meant, and their powers would overflow.
 const MAX_LIMIT: f64 = 1e12;
 /// Limits below this would lead to durations beyond any use.
@@ -141,17 +148,74 @@ fn check_range(joint: &Joint, pointer: &str, faults: &mut Faults) {
 }
 
 fn check_kinematics(kinematics: &KinematicsDescription, joints: &[Joint], faults: &mut Faults) {
-    let (rows, dof) = (kinematics.rows.len(), joints.len());
+    match &kinematics.form {
+        KinematicsForm::Rows { rows, .. } => check_rows(rows, joints, faults),
+        KinematicsForm::Links(links) => check_links(links, joints, faults),
+        // Read, and thereby checked, before.
+        KinematicsForm::Urdf(_) => {}
+    }
+    check_pose(&kinematics.base, "/kinematics/base", "the base", faults);
+    check_pose(&kinematics.tool, "/kinematics/tool", "the tool", faults);
+}
+
+fn check_rows(rows: &[DhRow], joints: &[Joint], faults: &mut Faults) {
+    let (count, dof) = (rows.len(), joints.len());
     // Without joints the fault is there, not in the rows.
-    if rows != dof && dof > 0 {
-        let detail = format!("{rows} rows for {dof} joints, but must be one row per joint");
+    if count != dof && dof > 0 {
+        let detail = format!("{count} rows for {dof} joints, but must be one row per joint");
         faults.add("/kinematics/rows", detail);
     }
-    for (index, (row, joint)) in kinematics.rows.iter().zip(joints).enumerate() {
+    for (index, (row, joint)) in rows.iter().zip(joints).enumerate() {
         check_row(row, &joint.name, &format!("/kinematics/rows/{index}"), faults);
     }
-    check_pose(&kinematics.base, "base", faults);
-    check_pose(&kinematics.tool, "tool", faults);
+}
+
+fn check_links(links: &[LinkDescription], joints: &[Joint], faults: &mut Faults) {
+    if links.len() > MAX_LINKS {
+        let detail = format!("{} links, but must be at most {MAX_LINKS}", links.len());
+        return faults.add("/kinematics/links", detail);
+    }
+    for joint in joints {
+        if !links.iter().any(|link| link.joint == joint.name) {
+            let detail = format!("no link follows joint {:?}", joint.name);
+            faults.add("/kinematics/links", detail);
+        }
+    }
+    for (index, link) in links.iter().enumerate() {
+        check_link(link, joints, &format!("/kinematics/links/{index}"), faults);
+    }
+}
+
+fn check_link(link: &LinkDescription, joints: &[Joint], pointer: &str, faults: &mut Faults) {
+    let name = &link.joint;
+    if !joints.iter().any(|joint| joint.name == *name) {
+        faults.add(format!("{pointer}/joint"), format!("there is no joint {name:?}"));
+    }
+    check_pose(
+        &link.pose,
+        &format!("{pointer}/pose"),
+        &format!("the link of joint {name:?}"),
+        faults,
+    );
+    let norm = link.axis.iter().map(|component| component * component).sum::<f64>().sqrt();
+    if norm.is_nan() || (norm - 1.0).abs() > NORM_TOLERANCE {
+        let detail = format!(
+            "axis {:?} of joint {name:?} has norm {norm}, but must have norm 1 within {NORM_TOLERANCE:e}",
+            link.axis
+        );
+        faults.add(format!("{pointer}/axis"), detail);
+    }
+    if !(MIN_RATIO..=MAX_RATIO).contains(&link.ratio.abs()) {
+        let detail = format!(
+            "ratio {} of joint {name:?} must be from {MIN_RATIO:e} to {MAX_RATIO:e} in magnitude",
+            link.ratio
+        );
+        faults.add(format!("{pointer}/ratio"), detail);
+    }
+    if let Some(problem) = length_problem(link.offset) {
+        let detail = format!("offset {} of joint {name:?} {problem}", link.offset);
+        faults.add(format!("{pointer}/offset"), detail);
+    }
 }
 
 fn check_row(row: &DhRow, joint: &str, pointer: &str, faults: &mut Faults) {
@@ -186,21 +250,22 @@ fn length_problem(value: f64) -> Option<String> {
     }
 }
 
-fn check_pose(pose: &Pose, name: &str, faults: &mut Faults) {
+/// Checks a pose `of` something, at `pointer`.
+fn check_pose(pose: &Pose, pointer: &str, of: &str, faults: &mut Faults) {
     for (index, &value) in pose.position.iter().enumerate() {
         if let Some(problem) = length_problem(value) {
             faults.add(
-                format!("/kinematics/{name}/position/{index}"),
-                format!("position {value} m of the {name} {problem}"),
+                format!("{pointer}/position/{index}"),
+                format!("position {value} m of {of} {problem}"),
             );
         }
     }
     let norm = pose.orientation.iter().map(|component| component * component).sum::<f64>().sqrt();
     if norm.is_nan() || (norm - 1.0).abs() > NORM_TOLERANCE {
         faults.add(
-            format!("/kinematics/{name}/orientation"),
+            format!("{pointer}/orientation"),
             format!(
-                "quaternion {:?} of the {name} has norm {norm}, but must have norm 1 within {NORM_TOLERANCE:e}",
+                "quaternion {:?} of {of} has norm {norm}, but must have norm 1 within {NORM_TOLERANCE:e}",
                 pose.orientation
             ),
         );
@@ -230,8 +295,10 @@ mod tests {
                 joint("spin", JointType::Continuous),
             ],
             kinematics: Some(KinematicsDescription {
-                convention: DhConvention::StandardDh,
-                rows: vec![DhRow::default(); 3],
+                form: KinematicsForm::Rows {
+                    convention: DhConvention::StandardDh,
+                    rows: vec![DhRow::default(); 3],
+                },
                 base: Pose::default(),
                 tool: Pose::default(),
             }),
@@ -249,6 +316,13 @@ mod tests {
 
     fn kinematics(description: &mut RobotDescription) -> &mut KinematicsDescription {
         description.kinematics.as_mut().unwrap()
+    }
+
+    fn rows(description: &mut RobotDescription) -> &mut Vec<DhRow> {
+        let KinematicsForm::Rows { rows, .. } = &mut kinematics(description).form else {
+            panic!("no rows")
+        };
+        rows
     }
 
     const BAD_JOINTS: &[Case] = &[
@@ -314,17 +388,13 @@ mod tests {
     ];
 
     const BAD_KINEMATICS: &[Case] = &[
-        (|d| kinematics(d).rows.truncate(2), "/kinematics/rows", &["2 rows for 3 joints"]),
-        (|d| kinematics(d).rows[1].sign = 0.5, "/kinematics/rows/1/sign", &["0.5", "\"slide\""]),
-        (|d| kinematics(d).rows[1].sign = f64::NAN, "/kinematics/rows/1/sign", &["1 or -1"]),
-        (
-            |d| kinematics(d).rows[0].a = 1200.0,
-            "/kinematics/rows/0/a",
-            &["1200 m", "\"turn\"", "millimetres"],
-        ),
-        (|d| kinematics(d).rows[0].d = f64::NAN, "/kinematics/rows/0/d", &["NaN", "finite"]),
-        (|d| kinematics(d).rows[2].alpha = 90.0, "/kinematics/rows/2/alpha", &["90", "degrees"]),
-        (|d| kinematics(d).rows[2].theta = f64::NAN, "/kinematics/rows/2/theta", &["NaN"]),
+        (|d| rows(d).truncate(2), "/kinematics/rows", &["2 rows for 3 joints"]),
+        (|d| rows(d)[1].sign = 0.5, "/kinematics/rows/1/sign", &["0.5", "\"slide\""]),
+        (|d| rows(d)[1].sign = f64::NAN, "/kinematics/rows/1/sign", &["1 or -1"]),
+        (|d| rows(d)[0].a = 1200.0, "/kinematics/rows/0/a", &["1200 m", "\"turn\"", "millimetres"]),
+        (|d| rows(d)[0].d = f64::NAN, "/kinematics/rows/0/d", &["NaN", "finite"]),
+        (|d| rows(d)[2].alpha = 90.0, "/kinematics/rows/2/alpha", &["90", "degrees"]),
+        (|d| rows(d)[2].theta = f64::NAN, "/kinematics/rows/2/theta", &["NaN"]),
         (
             |d| kinematics(d).base.position[2] = 2e3,
             "/kinematics/base/position/2",
@@ -389,7 +459,7 @@ mod tests {
             d.joints[0].limits.velocity = Some(-1.0);
             d.joints[0].limits.jerk = Some(0.0);
             d.joints[2].limits.lower = Some(0.0);
-            kinematics(d).rows[1].sign = 2.0;
+            rows(d)[1].sign = 2.0;
             kinematics(d).tool.orientation[3] = 2.0;
         });
         let pointers: Vec<_> = faults.0.iter().map(|fault| fault.pointer.as_str()).collect();
