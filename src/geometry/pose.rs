@@ -67,6 +67,19 @@ impl Transform {
         self.origin + self.direction(point)
     }
 
+    /// A turn about `axis`, a unit vector through the origin, by the angle with sine and cosine `(sin, cos)`.
+    pub fn about(axis: &Vector3<f64>, (sin, cos): (f64, f64)) -> Self {
+        let column = |unit: Vector3<f64>| {
+            unit * cos + axis.cross(&unit) * sin + axis * (axis.dot(&unit) * (1.0 - cos))
+        };
+        Self {
+            x: column(Vector3::x()),
+            y: column(Vector3::y()),
+            z: column(Vector3::z()),
+            origin: Vector3::zeros(),
+        }
+    }
+
     /// The way back.
     pub fn inverse(&self) -> Self {
         let turned = self.rotation().transpose();

@@ -9,6 +9,7 @@ mod description;
 mod kinematics;
 mod link;
 mod tool_motion;
+pub mod urdf;
 mod validation;
 
 pub use description::{
@@ -33,12 +34,13 @@ impl Robot {
     /// The most joints a robot may have.
     pub const MAX_DOF: usize = 32;
 
-    /// Checks `description` and prepares its kinematics.
+    /// Checks `description`, reads its URDF if it has one, and prepares its kinematics.
     ///
     /// # Errors
     ///
     /// All faults together, their pointers relative to the description.
     pub fn new(description: RobotDescription) -> Result<Self, Faults> {
+        let description = urdf::expand(description)?;
         validation::check(&description)?;
         let joint_names = description.joints.iter().map(|joint| joint.name.clone()).collect();
         let kinematics = description
@@ -68,7 +70,7 @@ impl Robot {
         &self.joint_names
     }
 
-    /// The description the robot was built from.
+    /// The description the robot was built from, a URDF as the joints and links it turned into.
     pub fn description(&self) -> &RobotDescription {
         &self.description
     }
