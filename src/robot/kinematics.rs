@@ -66,6 +66,11 @@ impl LinkFrames {
     pub fn tool(&self) -> &Transform {
         &self.tool
     }
+
+    /// The line each link moves along or about: a unit vector and a point, m.
+    pub(super) fn axes(&self) -> impl Iterator<Item = (Vector3<f64>, Vector3<f64>)> + '_ {
+        self.axes.iter().map(|axis| (axis.direction, axis.point))
+    }
 }
 
 /// The geometric Jacobian of the tool: how its velocity follows from the

@@ -6,6 +6,7 @@
 
 pub mod catalogue;
 mod description;
+pub mod inverse;
 mod kinematics;
 mod link;
 mod tool_motion;
@@ -16,6 +17,7 @@ pub use description::{
     DhConvention, DhRow, Joint, JointLimits, JointProvenance, JointType, KinematicsDescription,
     KinematicsFields, KinematicsForm, LinkDescription, Provenance, RobotDescription, UrdfSource,
 };
+pub use inverse::InverseKinematics;
 pub use kinematics::{Jacobian, Kinematics, LinkFrames};
 pub use link::ChainLink;
 pub use tool_motion::JointRange;
@@ -28,6 +30,7 @@ pub struct Robot {
     description: RobotDescription,
     joint_names: Vec<String>,
     kinematics: Option<Kinematics>,
+    inverse: Option<InverseKinematics>,
 }
 
 impl Robot {
@@ -47,7 +50,10 @@ impl Robot {
             .kinematics
             .as_ref()
             .map(|kinematics| Kinematics::new(kinematics, &description.joints));
-        Ok(Self { description, joint_names, kinematics })
+        let inverse = kinematics
+            .as_ref()
+            .map(|kinematics| InverseKinematics::new(kinematics, &description.joints));
+        Ok(Self { description, joint_names, kinematics, inverse })
     }
 
     /// The robot's name.
@@ -78,6 +84,11 @@ impl Robot {
     /// The kinematics, where the description has them.
     pub fn kinematics(&self) -> Option<&Kinematics> {
         self.kinematics.as_ref()
+    }
+
+    /// The inverse kinematics, where the description has kinematics.
+    pub fn inverse(&self) -> Option<&InverseKinematics> {
+        self.inverse.as_ref()
     }
 }
 
