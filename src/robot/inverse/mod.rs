@@ -66,6 +66,9 @@ impl PoseError {
         self.position <= tolerance.position && self.orientation <= tolerance.orientation
     }
 
+    /// What is looked for first: only where nothing is as near as this, the caller's tolerance counts.
+    const EXACT: Self = Self { position: 1e-10, orientation: 1e-10 };
+
     fn largest(&self) -> f64 {
         self.position.max(self.orientation)
     }
@@ -225,31 +228,46 @@ impl InverseKinematics {
     ) {
         found.clear();
         let motion = *target * self.tool_from_world_at_zero;
-        let mut keep = |joints: &[f64], found: &mut Solutions| {
-            let mut fitted = [0.0; Robot::MAX_DOF];
-            let fitted = &mut fitted[..joints.len()];
-            if self.fit(joints, seed, fitted)
-                && let Some(error) = self.check(target, tolerance, fitted, &mut found.scratch)
-                && !found.holds(fitted)
-            {
-                found.push(fitted, error);
-            }
-        };
-        match &self.solver {
-            Solver::Redundant(arm) => {
-                let window = self.ranges[arm.held()].window(seed[arm.held()]);
-                for (index, position) in spread(window).take(HELD[1]).enumerate() {
-                    if index >= HELD[0] && !found.is_empty() {
-                        break;
+        for tolerance in [&PoseError::EXACT, tolerance] {
+            let keep = |joints: &[f64], found: &mut Solutions| {
+                self.keep(joints, seed, target, tolerance, found);
+            };
+            match &self.solver {
+                Solver::Redundant(arm) => {
+                    let window = self.ranges[arm.held()].window(seed[arm.held()]);
+                    for (index, position) in spread(window).take(HELD[1]).enumerate() {
+                        if index >= HELD[0] && !found.is_empty() {
+                            break;
+                        }
+                        arm.solve(&motion, position, seed, |joints| keep(&joints, found));
                     }
-                    arm.solve(&motion, position, seed, |joints| keep(&joints, found));
                 }
+                Solver::Numeric => self.search(target, seed, tolerance, STARTS[1], found),
+                _ => self.branches(&motion, seed, |joints| keep(joints, found)),
             }
-            Solver::Numeric => self.search(target, seed, tolerance, STARTS[1], found),
-            _ => self.branches(&motion, seed, |joints| keep(joints, found)),
+            if !found.is_empty() {
+                return;
+            }
         }
-        if found.is_empty() && matches!(self.solver, Solver::Redundant(_)) {
-            self.search(target, seed, tolerance, STARTS[0], found);
+    }
+
+    /// Keeps `joints` if they are within the limits, right, and new.
+    #[inline]
+    fn keep(
+        &self,
+        joints: &[f64],
+        seed: &[f64],
+        target: &Transform,
+        tolerance: &PoseError,
+        found: &mut Solutions,
+    ) {
+        let mut fitted = [0.0; Robot::MAX_DOF];
+        let fitted = &mut fitted[..joints.len()];
+        if self.fit(joints, seed, fitted)
+            && let Some(error) = self.check(target, tolerance, fitted, &mut found.scratch)
+            && !found.holds(fitted)
+        {
+            found.push(fitted, error);
         }
     }
 
@@ -275,17 +293,22 @@ impl InverseKinematics {
     ) -> Result<(), Box<Miss>> {
         found.clear();
         let motion = *target * self.tool_from_world_at_zero;
-        let mut best = Best::default();
-        match &self.solver {
-            Solver::Redundant(arm) => {
-                self.nearest_along(arm, target, &motion, seed, tolerance, &mut best, found);
+        for tolerance in [&PoseError::EXACT, tolerance] {
+            let mut best = Best::default();
+            match &self.solver {
+                Solver::Redundant(arm) => {
+                    self.nearest_along(arm, target, &motion, seed, tolerance, &mut best, found);
+                }
+                Solver::Numeric => self.search(target, seed, tolerance, STARTS[0], found),
+                _ => self.branches(&motion, seed, |joints| {
+                    best.offer(self, joints, seed, target, tolerance, found);
+                }),
             }
-            Solver::Numeric => {}
-            _ => self.branches(&motion, seed, |joints| {
-                best.offer(self, joints, seed, target, tolerance, found);
-            }),
+            if !found.is_empty() {
+                return Ok(());
+            }
         }
-        if found.is_empty() && !self.is_complete() {
+        if matches!(self.solver, Solver::Redundant(_)) {
             self.search(target, seed, tolerance, STARTS[0], found);
         }
         if found.is_empty() { Err(Box::new(miss::explain(self, target, seed, tolerance))) } else { Ok(()) }
