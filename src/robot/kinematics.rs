@@ -4,7 +4,7 @@ use nalgebra::{Matrix6xX, Vector3, Vector6};
 
 use super::Joint;
 use super::description::{KinematicsDescription, KinematicsForm};
-use super::link::{ChainLink, Link};
+use super::link::{ChainLink, Constant, Link};
 use crate::geometry::{Pose, Transform};
 use crate::math::lanes::WIDTH;
 use crate::math::trigonometry::sin_cos;
@@ -18,7 +18,7 @@ pub struct Kinematics {
     dof: usize,
     pub(super) links: Vec<Link>,
     world_from_base: Transform,
-    pub(super) flange_from_tool: Transform,
+    pub(super) flange_from_tool: Constant,
 }
 
 /// The frames of one configuration, in world coordinates.
@@ -116,7 +116,7 @@ impl Kinematics {
             dof: joints.len(),
             links,
             world_from_base: Transform::from(&description.base),
-            flange_from_tool: Transform::from(&description.tool),
+            flange_from_tool: Transform::from(&description.tool).into(),
         }
     }
 
@@ -137,8 +137,8 @@ impl Kinematics {
     }
 
     /// The tool in the frame of the last link.
-    pub fn tool(&self) -> &Transform {
-        &self.flange_from_tool
+    pub fn tool(&self) -> Transform {
+        self.flange_from_tool.transform()
     }
 
     /// Computes every frame at `configuration` (rad or m per joint), which may
@@ -152,12 +152,11 @@ impl Kinematics {
         assert_eq!(axes.len(), self.links.len(), "one frame per link");
         base_and_links[0] = self.world_from_base;
         let mut out = base_and_links[1..].iter_mut().zip(axes);
-        let last = self.walk(configuration, |axis, frame| {
+        *tool = self.walk(configuration, |axis, frame| {
             if let Some((frame_out, axis_out)) = out.next() {
                 (*frame_out, *axis_out) = (*frame, axis);
             }
         });
-        *tool = last * self.flange_from_tool;
     }
 
     /// Where the tool is in the world at `configuration` (rad or m per joint).
@@ -166,7 +165,7 @@ impl Kinematics {
     ///
     /// If `configuration` has another number of joints.
     pub fn tool_transform(&self, configuration: &[f64]) -> Transform {
-        self.walk(configuration, |_, _| {}) * self.flange_from_tool
+        self.walk(configuration, |_, _| {})
     }
 
     /// [`tool_transform`](Self::tool_transform) as a pose.
@@ -178,8 +177,8 @@ impl Kinematics {
         Pose::from(&self.tool_transform(configuration))
     }
 
-    /// Goes from the base to the last link, whose frame it returns, and shows `see` the axis and the
-    /// frame of each link.
+    /// Goes from the base to the tool, whose frame it returns, and shows `see` the axis and the frame of
+    /// each link.
     #[inline(always)]
     fn walk(&self, configuration: &[f64], mut see: impl FnMut(Axis, &Transform)) -> Transform {
         assert_eq!(configuration.len(), self.dof(), "one position per joint");
@@ -198,6 +197,7 @@ impl Kinematics {
                 see(axis, &frame);
             }
         }
+        self.flange_from_tool.apply(&mut frame);
         frame
     }
 

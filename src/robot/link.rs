@@ -35,19 +35,14 @@ pub struct ChainLink {
 impl From<&Link> for ChainLink {
     fn from(link: &Link) -> Self {
         let Link { before, joint, slides, ratio, theta, d, after } = link;
-        let constant = |constant: &Constant| {
-            let mut frame = Transform::IDENTITY;
-            constant.apply(&mut frame);
-            frame
-        };
         Self {
-            before: constant(before),
+            before: before.transform(),
             joint: *joint,
             slides: *slides,
             ratio: *ratio,
             theta: *theta,
             d: *d,
-            after: constant(after),
+            after: after.transform(),
         }
     }
 }
@@ -90,8 +85,14 @@ impl Constant {
         }
     }
 
+    pub(super) fn transform(&self) -> Transform {
+        let mut frame = Transform::IDENTITY;
+        self.apply(&mut frame);
+        frame
+    }
+
     #[inline(always)]
-    fn apply(&self, frame: &mut Transform) {
+    pub(super) fn apply(&self, frame: &mut Transform) {
         match self {
             Self::Identity => {}
             Self::ScrewX { a, sin, cos } => {

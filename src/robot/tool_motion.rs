@@ -96,6 +96,6 @@ impl Kinematics {
             }
             bound += link.after.length() * turning.of_a_unit_vector()[2];
         }
-        bound + self.flange_from_tool.origin.norm() * turning.of_a_unit_vector()[2]
+        bound + self.flange_from_tool.length() * turning.of_a_unit_vector()[2]
     }
 }

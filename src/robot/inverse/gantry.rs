@@ -38,7 +38,8 @@ impl Gantry {
             return None;
         }
         let inverse = gram * directions.transpose();
-        let row = |index| Vector3::new(inverse[(index, 0)], inverse[(index, 1)], inverse[(index, 2)]);
+        let row =
+            |index| Vector3::new(inverse[(index, 0)], inverse[(index, 1)], inverse[(index, 2)]);
         let across = turns.last()?.any_across();
         Some(Self { slides: (0..count).map(row).collect(), turns: turns.to_vec(), tool, across })
     }

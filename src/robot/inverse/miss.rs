@@ -42,7 +42,8 @@ pub(super) fn explain(
     let mut scratch = Scratch::new(&inverse.kinematics);
     let mut least: Option<(f64, Vec<f64>)> = None;
     unlimited(inverse, target, seed, &mut scratch, |joints| {
-        let outside = inverse.ranges.iter().zip(joints).map(|(range, joint)| range.excess(*joint).1);
+        let outside =
+            inverse.ranges.iter().zip(joints).map(|(range, joint)| range.excess(*joint).1);
         let outside = outside.fold(0.0, f64::max);
         let tool = inverse.kinematics.tool_transform(joints);
         if least.as_ref().is_none_or(|(excess, _)| outside < *excess)
@@ -74,9 +75,8 @@ fn unlimited(
             }
         }
         Solver::Numeric => {
-            let free = |range: &Range| {
-                Range { lower: f64::NEG_INFINITY, upper: f64::INFINITY, ..*range }
-            };
+            let free =
+                |range: &Range| Range { lower: f64::NEG_INFINITY, upper: f64::INFINITY, ..*range };
             let ranges: Vec<Range> = inverse.ranges.iter().map(free).collect();
             let mut joints = vec![0.0; ranges.len()];
             for start in 0..STARTS {

@@ -85,7 +85,8 @@ fn error_between(tool: &Transform, target: &Transform) -> Vector6<f64> {
     } else if cos > 0.0 {
         axis
     } else {
-        half_turn(tool, target) * std::f64::consts::PI
+        let half = half_turn(tool, target);
+        half * libm::atan2(sin, cos).copysign(half.dot(&axis))
     };
     Vector6::new(offset.x, offset.y, offset.z, turn.x, turn.y, turn.z)
 }
@@ -93,9 +94,8 @@ fn error_between(tool: &Transform, target: &Transform) -> Vector6<f64> {
 /// The axis of a half turn: twice its projection is the identity plus the rotation.
 fn half_turn(tool: &Transform, target: &Transform) -> Vector3<f64> {
     let rotation = target.rotation() * tool.rotation().transpose();
-    let columns = [0, 1, 2].map(|index| {
-        Vector3::from(rotation.column(index)) + Vector3::ith(index, 1.0)
-    });
+    let columns =
+        [0, 1, 2].map(|index| Vector3::from(rotation.column(index)) + Vector3::ith(index, 1.0));
     columns.into_iter().max_by(|a, b| a.norm().total_cmp(&b.norm())).unwrap_or_default().normalize()
 }
 
@@ -311,7 +311,11 @@ impl InverseKinematics {
         if matches!(self.solver, Solver::Redundant(_)) {
             self.search(target, seed, tolerance, STARTS[0], found);
         }
-        if found.is_empty() { Err(Box::new(miss::explain(self, target, seed, tolerance))) } else { Ok(()) }
+        if found.is_empty() {
+            Err(Box::new(miss::explain(self, target, seed, tolerance)))
+        } else {
+            Ok(())
+        }
     }
 
     /// Shows `see` the branches of arms that have a closed form for all joints, limits aside.

@@ -53,7 +53,9 @@ impl Scara {
         let axis = &s1.direction;
         let goal = motion.point(&s3.point);
         // None where the tool stands on its head, which no turn of it is near.
-        let Some(total) = between(axis, &self.across, &motion.direction(&self.across)) else { return };
+        let Some(total) = between(axis, &self.across, &motion.direction(&self.across)) else {
+            return;
+        };
         let mut joints = [0.0; Self::MOST];
         if let Some((index, slide)) = &self.slide {
             joints[*index] = slide.direction.dot(&(goal - s3.point));

@@ -50,7 +50,8 @@ impl ThreeParallel {
         for base in bases.or(|| Turn::by(seed[0])) {
             let plane = base.apply(&s1.direction, &s2.direction);
             // The plane's normal as the last link sees it.
-            let normal = Vector3::new(motion.x.dot(&plane), motion.y.dot(&plane), motion.z.dot(&plane));
+            let normal =
+                Vector3::new(motion.x.dot(&plane), motion.y.dot(&plane), motion.z.dot(&plane));
             let wrists =
                 to_height(&s5.direction, &s2.direction, &s6.direction, plane.dot(&pointing));
             for wrist in wrists.or(|| Turn::by(seed[4])) {
@@ -75,7 +76,8 @@ impl ThreeParallel {
         // What the three of them do to a point or a direction.
         let point = s6.turn(last.back(), &s5.turn(wrist.back(), &s4.point));
         let goal = s2.across(&(s1.turn(base.back(), &motion.point(&point)) - s2.point));
-        let turned = last.back().apply(&s6.direction, &wrist.back().apply(&s5.direction, &self.across));
+        let turned =
+            last.back().apply(&s6.direction, &wrist.back().apply(&s5.direction, &self.across));
         let turned = base.back().apply(&s1.direction, &motion.direction(&turned));
         let total = between(&s2.direction, &self.across, &turned);
         let total = total.unwrap_or(Turn { sin: 0.0, cos: 1.0 }).angle();

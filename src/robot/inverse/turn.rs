@@ -54,11 +54,7 @@ impl Turn {
 
 /// The turn about `axis` that takes `from` to `to`, seen along the axis; none if either lies along it.
 #[inline]
-pub(super) fn between(
-    axis: &Vector3<f64>,
-    from: &Vector3<f64>,
-    to: &Vector3<f64>,
-) -> Option<Turn> {
+pub(super) fn between(axis: &Vector3<f64>, from: &Vector3<f64>, to: &Vector3<f64>) -> Option<Turn> {
     let sin = axis.dot(&from.cross(to));
     let cos = from.dot(to) - axis.dot(from) * axis.dot(to);
     let norm = (sin * sin + cos * cos).sqrt();

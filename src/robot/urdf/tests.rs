@@ -12,10 +12,15 @@ use crate::robot::{JointType, LinkFrames, Robot, RobotDescription, catalogue};
 /// A joint of a URDF: `xyz` and `rpy` of its origin, its axis.
 type Origin = ([f64; 3], [f64; 3], [f64; 3]);
 
+/// `xyz` and `rpy` of the tip in the last link.
+type Tip = ([f64; 3], [f64; 3]);
+
 const X: [f64; 3] = [1.0, 0.0, 0.0];
 const Y: [f64; 3] = [0.0, 1.0, 0.0];
 const Z: [f64; 3] = [0.0, 0.0, 1.0];
 const NONE: [f64; 3] = [0.0; 3];
+/// A right angle as UR's files have it, in rad.
+const ROUNDED: f64 = 1_570_796_327e-9;
 const ROLL: [f64; 3] = [FRAC_PI_2, 0.0, 0.0];
 const ROLL_BACK: [f64; 3] = [-FRAC_PI_2, 0.0, 0.0];
 const PITCH: [f64; 3] = [0.0, FRAC_PI_2, 0.0];
@@ -25,16 +30,16 @@ const PITCH: [f64; 3] = [0.0, FRAC_PI_2, 0.0];
 /// Sources: Universal_Robots_ROS2_Description, config/ur5e (from the frame `base`, digits as there);
 /// franka_ros, panda_arm.xacro (to link8); kuka_experimental, kr6r900sixx_macro.xacro (to tool0); ros-industrial/abb,
 /// irb120_3_58_macro.xacro (to tool0).
-const ARMS: &[(&str, &[Origin], ([f64; 3], [f64; 3]))] = &[
+const ARMS: &[(&str, &[Origin], Tip)] = &[
     (
         "ur5e",
         &[
             ([0.0, 0.0, 0.1625], NONE, Z),
-            (NONE, [1.570796327, 0.0, 0.0], Z),
+            (NONE, [ROUNDED, 0.0, 0.0], Z),
             ([-0.425, 0.0, 0.0], NONE, Z),
             ([-0.3922, 0.0, 0.1333], NONE, Z),
-            ([0.0, -0.0997, -2.044881182297852e-11], [1.570796327, 0.0, 0.0], Z),
-            ([0.0, 0.0996, -2.042830148012698e-11], [1.570796326589793, PI, PI], Z),
+            ([0.0, -0.0997, -2.044881182297852e-11], [ROUNDED, 0.0, 0.0], Z),
+            ([0.0, 0.0996, -2.042830148012698e-11], [ROUNDED - 4.10207e-10, PI, PI], Z),
         ],
         (NONE, NONE),
     ),
@@ -82,7 +87,7 @@ fn words([x, y, z]: [f64; 3]) -> String {
 }
 
 /// The URDF of an arm of revolute joints `j0`, `j1`, ... from `base` to `tip`.
-fn urdf(joints: &[Origin], (xyz, rpy): ([f64; 3], [f64; 3])) -> String {
+fn urdf(joints: &[Origin], (xyz, rpy): Tip) -> String {
     let mut text =
         "<?xml version=\"1.0\"?>\n<robot name=\"arm\">\n<link name=\"base\"/>\n".to_owned();
     let mut parent = "base".to_owned();
@@ -108,11 +113,7 @@ fn urdf(joints: &[Origin], (xyz, rpy): ([f64; 3], [f64; 3])) -> String {
 }
 
 /// The frames of an arm by plain matrix products, the tip last.
-fn by_matrices(
-    joints: &[Origin],
-    tip: ([f64; 3], [f64; 3]),
-    configuration: &[f64],
-) -> Vec<Matrix4<f64>> {
+fn by_matrices(joints: &[Origin], tip: Tip, configuration: &[f64]) -> Vec<Matrix4<f64>> {
     let place = |xyz: [f64; 3], [r, p, y]: [f64; 3]| {
         Translation3::from(xyz).to_homogeneous()
             * Rotation3::from_euler_angles(r, p, y).to_homogeneous()
