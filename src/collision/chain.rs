@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::geometry::Transform;
-use crate::robot::{DhConvention, DhRow, JointType, Robot};
+use crate::robot::{ChainLink, Robot};
 
 /// A constant transform, then a screw along its z axis.
 #[derive(Clone, Debug)]
@@ -52,36 +52,28 @@ const UNLIMITED_TRAVEL_M: f64 = 1000.0;
 impl Chain {
     /// The chain of `robot`, if its kinematics are known.
     pub(super) fn new(robot: &Robot) -> Option<Self> {
-        let kinematics = robot.description().kinematics.as_ref()?;
+        let kinematics = robot.kinematics()?;
         let mut links = vec![LinkPlace { screws: 0, frame_from_link: Transform::IDENTITY }];
         let mut screws = Vec::new();
         // What stands between the last screw and the frame after its joint.
         let mut rest = Transform::IDENTITY;
-        for (index, (row, joint)) in kinematics.rows.iter().zip(robot.joints()).enumerate() {
-            let turns = joint.joint_type != JointType::Prismatic;
-            let limits = [joint.limits.lower, joint.limits.upper];
-            let [along_x, along_z] = constants(row, turns);
-            let (constant, after) = match kinematics.convention {
-                DhConvention::ModifiedDh => (along_x * along_z, Transform::IDENTITY),
-                DhConvention::StandardDh => (along_z, along_x),
-            };
+        for (index, link) in kinematics.chain().enumerate() {
+            let limits = &robot.joints()[link.joint].limits;
+            let most = [limits.lower, limits.upper].map(|limit| limit.map_or(UNLIMITED_TRAVEL_M, f64::abs));
             screws.push(Screw {
-                constant: rest * constant,
-                turns,
-                joint: index,
-                ratio: row.sign,
-                offset: if turns { row.theta } else { 0.0 },
-                travel: limits
-                    .iter()
-                    .fold(0.0, |most, limit| limit.map_or(UNLIMITED_TRAVEL_M, f64::abs).max(most)),
+                constant: exact(rest * link.before * along_z(&link)),
+                turns: !link.slides,
+                joint: link.joint,
+                ratio: link.ratio,
+                offset: if link.slides { 0.0 } else { link.theta },
+                travel: link.ratio.abs() * most[0].max(most[1]),
             });
-            rest = after;
+            rest = exact(link.after);
             links.push(LinkPlace { screws: index + 1, frame_from_link: rest });
         }
-        let tool = rest * Transform::from(&kinematics.tool);
+        let tool = rest * kinematics.tool();
         links.push(LinkPlace { screws: screws.len(), frame_from_link: tool });
-        let world_from_base = Transform::from(&kinematics.base);
-        Some(Self { dof: robot.dof(), world_from_base, screws, links })
+        Some(Self { dof: robot.dof(), world_from_base: *kinematics.base(), screws, links })
     }
 
     /// The frame before the first and after each screw, in the world, at `configuration` (rad or m per joint).
@@ -141,29 +133,23 @@ impl Chain {
     }
 }
 
-/// A row's constant parts: the screw along x, and the shift along z; where the joint slides also the turn about z.
-fn constants(row: &DhRow, turns: bool) -> [Transform; 2] {
-    let (sin, cos) = (right(libm::sin(row.alpha)), right(libm::cos(row.alpha)));
-    let along_x = Transform {
-        x: Vector3::x(),
-        y: Vector3::new(0.0, cos, sin),
-        z: Vector3::new(0.0, -sin, cos),
-        origin: Vector3::new(row.a, 0.0, 0.0),
-    };
-    let theta = if turns { 0.0 } else { row.theta };
-    let (sin, cos) = (right(libm::sin(theta)), right(libm::cos(theta)));
-    let along_z = Transform {
+/// What of a link's own screw stands still: the shift along z, and where it slides the turn about z.
+fn along_z(link: &ChainLink) -> Transform {
+    let theta = if link.slides { link.theta } else { 0.0 };
+    let (sin, cos) = libm::sincos(theta);
+    Transform {
         x: Vector3::new(cos, sin, 0.0),
         y: Vector3::new(-sin, cos, 0.0),
         z: Vector3::z(),
-        origin: Vector3::new(0.0, 0.0, row.d),
-    };
-    [along_x, along_z]
+        origin: Vector3::new(0.0, 0.0, link.d),
+    }
 }
 
 /// Right angles are meant exactly: the cosine of pi/2 as a number is 6e-17.
-fn right(value: f64) -> f64 {
-    if value.abs() < 1e-15 { 0.0 } else { value }
+fn exact(transform: Transform) -> Transform {
+    let right = |axis: Vector3<f64>| axis.map(|value| if value.abs() < 1e-15 { 0.0 } else { value });
+    let Transform { x, y, z, origin } = transform;
+    Transform { x: right(x), y: right(y), z: right(z), origin }
 }
 
 #[cfg(test)]
@@ -186,7 +172,7 @@ mod tests {
         let mut random = RandomStream::new(1, 0);
         for robot in crate::robot::catalogue::all().iter().map(AsRef::as_ref).chain([&standard]) {
             let chain = Chain::new(robot).unwrap();
-            let mut expected = LinkFrames::new(robot.dof());
+            let mut expected = LinkFrames::new(robot.kinematics().unwrap());
             let mut frames = Vec::new();
             for _ in 0..5 {
                 let configuration: Vec<_> =

@@ -77,6 +77,26 @@ impl Transform {
         self.inverse_direction(&(point - self.origin))
     }
 
+    /// A turn about `axis`, a unit vector through the origin, by the angle with sine and cosine `(sin, cos)`.
+    pub fn about(axis: &Vector3<f64>, (sin, cos): (f64, f64)) -> Self {
+        let column = |unit: Vector3<f64>| {
+            unit * cos + axis.cross(&unit) * sin + axis * (axis.dot(&unit) * (1.0 - cos))
+        };
+        Self {
+            x: column(Vector3::x()),
+            y: column(Vector3::y()),
+            z: column(Vector3::z()),
+            origin: Vector3::zeros(),
+        }
+    }
+
+    /// The way back.
+    pub fn inverse(&self) -> Self {
+        let turned = self.rotation().transpose();
+        let axis = |index: usize| Vector3::from(turned.column(index));
+        Self { x: axis(0), y: axis(1), z: axis(2), origin: -(turned * self.origin) }
+    }
+
     /// The rotation matrix, its columns the axes.
     pub fn rotation(&self) -> Matrix3<f64> {
         Matrix3::from_columns(&[self.x, self.y, self.z])

@@ -5,3 +5,4 @@ pub mod polynomial;
 pub mod random;
 pub mod singles;
 pub mod statistics;
+pub mod trigonometry;

@@ -7,6 +7,12 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use crate::geometry::{Pose, Shape};
+mod kinematics;
+
+pub use kinematics::{
+    DhConvention, DhRow, KinematicsDescription, KinematicsFields, KinematicsForm, LinkDescription,
+    UrdfSource,
+};
 
 /// A robot as JSON. Units are SI: m and rad, per joint type.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -25,11 +31,14 @@ pub struct RobotDescription {
     /// What a user should know before trusting the figures.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
-    /// The joints, from the base to the tool; 1 to 32.
-    #[schema(min_items = 1, max_items = 32)]
+    /// The joints, from the base to the tool; 1 to 32. With a URDF they come from there: those given here
+    /// add to its limits and replace them, joint by joint, by name.
+    #[serde(default)]
+    #[schema(max_items = 32)]
     pub joints: Vec<Joint>,
     /// Link lengths and frames. Joint-space timing does without them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<KinematicsFields>)]
     pub kinematics: Option<KinematicsDescription>,
     /// What the robot consists of, for collision checks; needs kinematics.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -192,62 +201,5 @@ impl Provenance {
             Self::Assumed => "assumed",
             Self::User => "user",
         }
-    }
-}
-
-/// The robot's geometry as Denavit-Hartenberg rows.
-///
-/// Row i places the frame of joint i in the frame before it:
-/// - `modified_dh` (Craig): RotX(alpha) TransX(a) RotZ(theta) TransZ(d), so
-///   joint i turns about the z axis of its own frame;
-/// - `standard_dh` (Denavit and Hartenberg): RotZ(theta) TransZ(d) TransX(a)
-///   RotX(alpha), so joint i turns about the z axis of the frame before it.
-///
-/// The joint's position times `sign` adds to theta, for a prismatic joint to d.
-/// The world sees the tool at `base`, then every row, then `tool`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields, rename_all = "snake_case")]
-pub struct KinematicsDescription {
-    /// How the rows are read.
-    pub convention: DhConvention,
-    /// One row per joint.
-    pub rows: Vec<DhRow>,
-    /// The base in the world; default the identity.
-    #[serde(default)]
-    pub base: Pose,
-    /// The tool in the frame of the last joint; default the identity.
-    #[serde(default)]
-    pub tool: Pose,
-}
-
-/// How Denavit-Hartenberg rows are read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum DhConvention {
-    /// Craig's: RotX(alpha) TransX(a) RotZ(theta) TransZ(d).
-    ModifiedDh,
-    /// Denavit and Hartenberg's: RotZ(theta) TransZ(d) TransX(a) RotX(alpha).
-    StandardDh,
-}
-
-/// One Denavit-Hartenberg row.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields, rename_all = "snake_case", default)]
-pub struct DhRow {
-    /// Distance along x, m; default 0.
-    pub a: f64,
-    /// Angle about x, rad; default 0.
-    pub alpha: f64,
-    /// Distance along z, m, for a prismatic joint at position 0; default 0.
-    pub d: f64,
-    /// Angle about z, rad, for a rotary joint at position 0; default 0.
-    pub theta: f64,
-    /// 1, or -1 if the joint counts the other way round; default 1.
-    pub sign: f64,
-}
-
-impl Default for DhRow {
-    fn default() -> Self {
-        Self { a: 0.0, alpha: 0.0, d: 0.0, theta: 0.0, sign: 1.0 }
     }
 }

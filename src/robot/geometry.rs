@@ -1,7 +1,11 @@
 //! The solids that a robot consists of, and which of them may touch.
 
 use super::RobotDescription;
-use super::description::{Body, DhConvention, Joint, JointType, KinematicsDescription, Provenance};
+use nalgebra::{UnitQuaternion, Vector3};
+
+use super::description::{
+    Body, DhConvention, DhRow, Joint, JointType, KinematicsDescription, KinematicsForm, Provenance,
+};
 use crate::geometry::{Pose, Shape};
 
 /// The bodies of a valid description: those given, then capsules along links without any, where
@@ -16,48 +20,83 @@ pub(super) fn bodies(description: &RobotDescription) -> Vec<Body> {
     bodies
 }
 
-/// Capsules of `radius` (m) along the lines that Denavit-Hartenberg rows draw, marked as assumed.
+/// Capsules of `radius` (m) along the lines that the links draw, marked as assumed.
 ///
-/// A line along x (`a`) belongs to the link on whose side of the joint it is; one along z (`d`) lies on the joint's
-/// axis, so that turning does not move it, and is given to the link beyond. Lines shorter than a tenth of the radius are
-/// hidden in their neighbours and left out, and so is `d` at a prismatic joint, whose length changes.
+/// Of Denavit-Hartenberg rows a line along x (`a`) belongs to the link on whose side of the joint it is; one along z
+/// (`d`) lies on the joint's axis, so that turning does not move it, and is given to the link beyond. `d` at a
+/// prismatic joint, whose length changes, is left out. Of links with poses the line runs from one origin to the next.
+/// Lines shorter than a tenth of the radius are hidden in their neighbours and left out.
 pub fn capsules_along_links(
     kinematics: &KinematicsDescription,
     joints: &[Joint],
     radius: f64,
 ) -> Vec<Body> {
-    let mut capsules = Vec::new();
-    let mut add = |link: usize, length: f64, middle: [f64; 3], orientation: [f64; 4]| {
-        if length.abs() >= 0.1 * radius {
-            capsules.push(Body {
-                link,
-                name: None,
-                shape: Shape::Capsule { radius, length: length.abs() },
-                pose: Pose { position: middle, orientation },
-                provenance: Some(Provenance::Assumed),
-            });
-        }
+    let lines = match &kinematics.form {
+        KinematicsForm::Rows { convention, rows } => lines_of_rows(*convention, rows, joints),
+        KinematicsForm::Links(links) => links
+            .iter()
+            .enumerate()
+            .map(|(index, link)| Line { link: index, from: [0.0; 3], to: link.pose.position })
+            .collect(),
+        // Robots are built from what the URDF was turned into.
+        KinematicsForm::Urdf(_) => Vec::new(),
     };
-    let (half_turn_part, along_z) = (std::f64::consts::FRAC_1_SQRT_2, [0.0, 0.0, 0.0, 1.0]);
-    let along_x = [0.0, half_turn_part, 0.0, half_turn_part];
-    for (index, (row, joint)) in kinematics.rows.iter().zip(joints).enumerate() {
+    lines.iter().filter_map(|line| line.capsule(radius)).collect()
+}
+
+/// A line in the frame of a link, m.
+struct Line {
+    link: usize,
+    from: [f64; 3],
+    to: [f64; 3],
+}
+
+impl Line {
+    /// A capsule of `radius` around it, unless it is too short to stick out of its neighbours.
+    fn capsule(&self, radius: f64) -> Option<Body> {
+        let (from, to) = (Vector3::from(self.from), Vector3::from(self.to));
+        let length = (to - from).norm();
+        if length < 0.1 * radius {
+            return None;
+        }
+        // Half a turn about x where the line runs against z.
+        let turn =
+            UnitQuaternion::rotation_between(&Vector3::z(), &(to - from)).unwrap_or_else(|| {
+                UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(0.0, 1.0, 0.0, 0.0))
+            });
+        Some(Body {
+            link: self.link,
+            name: None,
+            shape: Shape::Capsule { radius, length },
+            pose: Pose {
+                position: (0.5 * (from + to)).into(),
+                orientation: [turn.i, turn.j, turn.k, turn.w],
+            },
+            provenance: Some(Provenance::Assumed),
+        })
+    }
+}
+
+fn lines_of_rows(convention: DhConvention, rows: &[DhRow], joints: &[Joint]) -> Vec<Line> {
+    let mut lines = Vec::with_capacity(2 * rows.len());
+    let mut add = |link, from, to| lines.push(Line { link, from, to });
+    for (index, (row, joint)) in rows.iter().zip(joints).enumerate() {
         let d = if joint.joint_type == JointType::Prismatic { 0.0 } else { row.d };
-        match kinematics.convention {
+        match convention {
             DhConvention::ModifiedDh => {
-                add(index, row.a, [0.5 * row.a, 0.0, 0.0], along_x);
-                add(index + 1, d, [0.0, 0.0, -0.5 * d], along_z);
+                add(index, [0.0; 3], [row.a, 0.0, 0.0]);
+                add(index + 1, [0.0; 3], [0.0, 0.0, -d]);
             }
             DhConvention::StandardDh => {
                 // In the frame beyond, the joint's axis stands at -a, turned by -alpha about x.
-                let (sin, cos) = (libm::sin(row.alpha), libm::cos(row.alpha));
-                let half = -0.5 * row.alpha;
-                let turned = [libm::sin(half), 0.0, 0.0, libm::cos(half)];
-                add(index + 1, d, [-row.a, -0.5 * d * sin, -0.5 * d * cos], turned);
-                add(index + 1, row.a, [-0.5 * row.a, 0.0, 0.0], along_x);
+                let (sin, cos) = libm::sincos(row.alpha);
+                let corner = [-row.a, 0.0, 0.0];
+                add(index + 1, corner, [-row.a, -d * sin, -d * cos]);
+                add(index + 1, corner, [0.0; 3]);
             }
         }
     }
-    capsules
+    lines
 }
 
 /// Every pair of links with bodies that has to be checked, the lower link first.
@@ -97,7 +136,7 @@ mod tests {
 
     /// The ends of a capsule in the world.
     fn ends(robot: &Robot, body: &Body, configuration: &[f64]) -> [Vector3<f64>; 2] {
-        let mut frames = LinkFrames::new(robot.dof());
+        let mut frames = LinkFrames::new(robot.kinematics().unwrap());
         robot.kinematics().unwrap().forward(configuration, &mut frames);
         let link = if body.link == 0 { *frames.base() } else { frames.links()[body.link - 1] };
         let Shape::Capsule { length, .. } = body.shape else { panic!("not a capsule") };
@@ -121,7 +160,7 @@ mod tests {
             }));
             assert_eq!(robot.bodies().len(), 6);
             for configuration in [[0.0; 6], [0.3, -1.0, 0.7, -0.4, 1.1, 2.0]] {
-                let mut frames = LinkFrames::new(6);
+                let mut frames = LinkFrames::new(robot.kinematics().unwrap());
                 robot.kinematics().unwrap().forward(&configuration, &mut frames);
                 let capsules: Vec<_> =
                     robot.bodies().iter().map(|body| ends(&robot, body, &configuration)).collect();

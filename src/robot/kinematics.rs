@@ -1,14 +1,13 @@
 //! Forward kinematics and the geometric Jacobian.
-//!
-//! Both Denavit-Hartenberg conventions alternate a screw along x (alpha, a) and
-//! one along z (theta, d); they differ in which comes first. A screw changes
-//! two axes and the origin, so a row costs about half of a matrix product.
 
 use nalgebra::{Matrix6xX, Vector3, Vector6};
 
 use super::Joint;
-use super::description::{DhConvention, DhRow, JointType, KinematicsDescription};
+use super::description::{KinematicsDescription, KinematicsForm};
+use super::link::{ChainLink, Constant, Link};
 use crate::geometry::{Pose, Transform};
+use crate::math::lanes::WIDTH;
+use crate::math::trigonometry::sin_cos;
 
 /// The geometry of a robot, ready for evaluation.
 ///
@@ -16,38 +15,41 @@ use crate::geometry::{Pose, Transform};
 /// Frames are in world coordinates; [`KinematicsDescription`] defines them.
 #[derive(Clone, Debug)]
 pub struct Kinematics {
-    pub(super) convention: DhConvention,
+    dof: usize,
     pub(super) links: Vec<Link>,
     world_from_base: Transform,
-    pub(super) flange_from_tool: Transform,
-}
-
-/// A row with everything precomputed that the joint's position leaves alone.
-#[derive(Clone, Debug)]
-pub(super) struct Link {
-    pub(super) a: f64,
-    sin_alpha: f64,
-    cos_alpha: f64,
-    pub(super) d: f64,
-    theta: f64,
-    sign: f64,
-    /// Sine and cosine of theta where it is constant: at prismatic joints.
-    pub(super) fixed_theta: Option<(f64, f64)>,
+    pub(super) flange_from_tool: Constant,
 }
 
 /// The frames of one configuration, in world coordinates.
 #[derive(Clone, Debug)]
 pub struct LinkFrames {
-    /// The base, then the frame after each joint: the frame before and after
-    /// joint i stand at i and i + 1.
+    /// The base, then every link.
     base_and_links: Vec<Transform>,
+    /// The line each link moves along or about.
+    axes: Vec<Axis>,
     tool: Transform,
 }
 
+/// A line in world coordinates.
+#[derive(Clone, Copy, Debug)]
+struct Axis {
+    /// Unit vector.
+    direction: Vector3<f64>,
+    /// Any point of the line, m.
+    point: Vector3<f64>,
+}
+
 impl LinkFrames {
-    /// Room for a robot with `dof` joints.
-    pub fn new(dof: usize) -> Self {
-        Self { base_and_links: vec![Transform::IDENTITY; dof + 1], tool: Transform::IDENTITY }
+    /// Room for the frames of `kinematics`.
+    pub fn new(kinematics: &Kinematics) -> Self {
+        let links = kinematics.links.len();
+        let axis = Axis { direction: Vector3::zeros(), point: Vector3::zeros() };
+        Self {
+            base_and_links: vec![Transform::IDENTITY; links + 1],
+            axes: vec![axis; links],
+            tool: Transform::IDENTITY,
+        }
     }
 
     /// The base.
@@ -55,7 +57,7 @@ impl LinkFrames {
         &self.base_and_links[0]
     }
 
-    /// The frame after each joint, one per joint.
+    /// The frame of each link, in the order of [`Kinematics::chain`].
     pub fn links(&self) -> &[Transform] {
         &self.base_and_links[1..]
     }
@@ -63,6 +65,11 @@ impl LinkFrames {
     /// The tool.
     pub fn tool(&self) -> &Transform {
         &self.tool
+    }
+
+    /// The line each link moves along or about: a unit vector and a point, m.
+    pub(super) fn axes(&self) -> impl Iterator<Item = (Vector3<f64>, Vector3<f64>)> + '_ {
+        self.axes.iter().map(|axis| (axis.direction, axis.point))
     }
 }
 
@@ -88,21 +95,50 @@ impl Jacobian {
 }
 
 impl Kinematics {
-    /// Precomputes what no configuration changes; `description` is valid and
-    /// has one row per joint.
+    /// Precomputes what no configuration changes; `description` is valid for
+    /// `joints` and has no URDF left to read.
     pub(super) fn new(description: &KinematicsDescription, joints: &[Joint]) -> Self {
-        let rows = description.rows.iter().zip(joints);
+        let links = match &description.form {
+            KinematicsForm::Rows { convention, rows } => {
+                let rows = rows.iter().zip(joints).enumerate();
+                rows.map(|(index, (row, joint))| {
+                    Link::from_row(*convention, row, index, joint.joint_type)
+                })
+                .collect()
+            }
+            KinematicsForm::Links(links) => {
+                links.iter().filter_map(|link| Link::from_description(link, joints)).collect()
+            }
+            // Robots are built from what the URDF was turned into.
+            KinematicsForm::Urdf(_) => Vec::new(),
+        };
         Self {
-            convention: description.convention,
-            links: rows.map(|(row, joint)| Link::new(row, joint.joint_type)).collect(),
+            dof: joints.len(),
+            links,
             world_from_base: Transform::from(&description.base),
-            flange_from_tool: Transform::from(&description.tool),
+            flange_from_tool: Transform::from(&description.tool).into(),
         }
     }
 
     /// Number of joints.
     pub fn dof(&self) -> usize {
-        self.links.len()
+        self.dof
+    }
+
+    /// The links from the base to the tool, one per joint and one more for each place where a joint
+    /// moves along with another.
+    pub fn chain(&self) -> impl ExactSizeIterator<Item = ChainLink> + '_ {
+        self.links.iter().map(ChainLink::from)
+    }
+
+    /// The base in the world: the chain starts here.
+    pub fn base(&self) -> &Transform {
+        &self.world_from_base
+    }
+
+    /// The tool in the frame of the last link.
+    pub fn tool(&self) -> Transform {
+        self.flange_from_tool.transform()
     }
 
     /// Computes every frame at `configuration` (rad or m per joint), which may
@@ -110,32 +146,59 @@ impl Kinematics {
     ///
     /// # Panics
     ///
-    /// If `configuration` or `frames` has another number of joints.
+    /// If `configuration` has another number of joints, or `frames` is another robot's.
     pub fn forward(&self, configuration: &[f64], frames: &mut LinkFrames) {
-        assert_eq!(configuration.len(), self.dof(), "one position per joint");
-        assert_eq!(frames.base_and_links.len(), self.dof() + 1, "one frame per joint and the base");
-        let mut frame = self.world_from_base;
-        frames.base_and_links[0] = frame;
-        let joints = self.links.iter().zip(configuration).zip(&mut frames.base_and_links[1..]);
-        for ((link, &position), out) in joints {
-            link.advance(self.convention, position, &mut frame);
-            *out = frame;
-        }
-        frames.tool = frame * self.flange_from_tool;
+        let LinkFrames { base_and_links, axes, tool } = frames;
+        assert_eq!(axes.len(), self.links.len(), "one frame per link");
+        base_and_links[0] = self.world_from_base;
+        let mut out = base_and_links[1..].iter_mut().zip(axes);
+        *tool = self.walk(configuration, |axis, frame| {
+            if let Some((frame_out, axis_out)) = out.next() {
+                (*frame_out, *axis_out) = (*frame, axis);
+            }
+        });
     }
 
-    /// The tool's pose in the world at `configuration` (rad or m per joint).
+    /// Where the tool is in the world at `configuration` (rad or m per joint).
+    ///
+    /// # Panics
+    ///
+    /// If `configuration` has another number of joints.
+    pub fn tool_transform(&self, configuration: &[f64]) -> Transform {
+        self.walk(configuration, |_, _| {})
+    }
+
+    /// [`tool_transform`](Self::tool_transform) as a pose.
     ///
     /// # Panics
     ///
     /// If `configuration` has another number of joints.
     pub fn tool_pose(&self, configuration: &[f64]) -> Pose {
+        Pose::from(&self.tool_transform(configuration))
+    }
+
+    /// Goes from the base to the tool, whose frame it returns, and shows `see` the axis and the frame of
+    /// each link.
+    #[inline(always)]
+    fn walk(&self, configuration: &[f64], mut see: impl FnMut(Axis, &Transform)) -> Transform {
         assert_eq!(configuration.len(), self.dof(), "one position per joint");
         let mut frame = self.world_from_base;
-        for (link, &position) in self.links.iter().zip(configuration) {
-            link.advance(self.convention, position, &mut frame);
+        for links in self.links.chunks(WIDTH) {
+            let mut angles = [0.0; WIDTH];
+            for (angle, link) in angles.iter_mut().zip(links) {
+                *angle = link.angle(configuration);
+            }
+            let (sines, cosines) = sin_cos(&angles);
+            for (link, turn) in links.iter().zip(sines.into_iter().zip(cosines)) {
+                link.enter(&mut frame);
+                link.screw(turn, configuration, &mut frame);
+                let axis = Axis { direction: frame.z, point: frame.origin };
+                link.leave(&mut frame);
+                see(axis, &frame);
+            }
         }
-        Pose::from(&(frame * self.flange_from_tool))
+        self.flange_from_tool.apply(&mut frame);
+        frame
     }
 
     /// Computes the Jacobian of the tool from the `frames` that
@@ -143,86 +206,22 @@ impl Kinematics {
     ///
     /// # Panics
     ///
-    /// If `frames` or `jacobian` has another number of joints.
+    /// If `frames` is another robot's or `jacobian` has another number of joints.
     pub fn jacobian(&self, frames: &LinkFrames, jacobian: &mut Jacobian) {
-        assert_eq!(frames.base_and_links.len(), self.dof() + 1, "one frame per joint and the base");
+        assert_eq!(frames.axes.len(), self.links.len(), "one axis per link");
         assert_eq!(jacobian.0.ncols(), self.dof(), "one column per joint");
         let tool = frames.tool.origin;
-        // A joint moves about the z axis of its own frame in the modified
-        // convention and of the frame before it in the standard one.
-        let axes = match self.convention {
-            DhConvention::ModifiedDh => &frames.base_and_links[1..],
-            DhConvention::StandardDh => &frames.base_and_links[..self.dof()],
-        };
-        for ((link, frame), mut column) in
-            self.links.iter().zip(axes).zip(jacobian.0.column_iter_mut())
-        {
-            let axis = frame.z * link.sign;
-            let (linear, angular) = match link.fixed_theta {
-                Some(_) => (axis, Vector3::zeros()),
-                None => (axis.cross(&(tool - frame.origin)), axis),
+        jacobian.0.fill(0.0);
+        for (link, axis) in self.links.iter().zip(&frames.axes) {
+            let direction = axis.direction * link.ratio;
+            let (linear, angular) = if link.slides {
+                (direction, Vector3::zeros())
+            } else {
+                (direction.cross(&(tool - axis.point)), direction)
             };
-            column.copy_from(&Vector6::new(
-                linear.x, linear.y, linear.z, angular.x, angular.y, angular.z,
-            ));
+            let mut column = jacobian.0.column_mut(link.joint);
+            column += Vector6::new(linear.x, linear.y, linear.z, angular.x, angular.y, angular.z);
         }
-    }
-}
-
-impl Link {
-    fn new(row: &DhRow, joint_type: JointType) -> Self {
-        let (sin_alpha, cos_alpha) = row.alpha.sin_cos();
-        let fixed_theta = match joint_type {
-            JointType::Prismatic => Some(row.theta.sin_cos()),
-            JointType::Revolute | JointType::Continuous => None,
-        };
-        Self {
-            a: row.a,
-            sin_alpha,
-            cos_alpha,
-            d: row.d,
-            theta: row.theta,
-            sign: row.sign,
-            fixed_theta,
-        }
-    }
-
-    /// Takes `frame` from before the joint to after it.
-    #[inline]
-    fn advance(&self, convention: DhConvention, position: f64, frame: &mut Transform) {
-        match convention {
-            DhConvention::ModifiedDh => {
-                self.screw_along_x(frame);
-                self.screw_along_z(position, frame);
-            }
-            DhConvention::StandardDh => {
-                self.screw_along_z(position, frame);
-                self.screw_along_x(frame);
-            }
-        }
-    }
-
-    /// RotX(alpha) TransX(a); the two commute.
-    #[inline]
-    fn screw_along_x(&self, frame: &mut Transform) {
-        let (y, z) = (frame.y, frame.z);
-        frame.origin += frame.x * self.a;
-        frame.y = y * self.cos_alpha + z * self.sin_alpha;
-        frame.z = z * self.cos_alpha - y * self.sin_alpha;
-    }
-
-    /// RotZ(theta) TransZ(d) with the joint at `position`; the two commute.
-    #[inline]
-    fn screw_along_z(&self, position: f64, frame: &mut Transform) {
-        let travel = self.sign * position;
-        let ((sin, cos), d) = match self.fixed_theta {
-            Some(theta) => (theta, self.d + travel),
-            None => ((self.theta + travel).sin_cos(), self.d),
-        };
-        let (x, y) = (frame.x, frame.y);
-        frame.origin += frame.z * d;
-        frame.x = x * cos + y * sin;
-        frame.y = y * cos - x * sin;
     }
 }
 
@@ -259,7 +258,7 @@ mod tests {
     }
 
     fn frames(robot: &Robot, configuration: &[f64]) -> LinkFrames {
-        let mut frames = LinkFrames::new(robot.dof());
+        let mut frames = LinkFrames::new(robot.kinematics().unwrap());
         robot.kinematics().unwrap().forward(configuration, &mut frames);
         frames
     }

@@ -7,16 +7,22 @@
 pub mod catalogue;
 mod description;
 mod geometry;
+pub mod inverse;
 mod kinematics;
+mod link;
 mod tool_motion;
+pub mod urdf;
 mod validation;
 
 pub use description::{
     Body, DhConvention, DhRow, Joint, JointLimits, JointProvenance, JointType,
-    KinematicsDescription, Provenance, RobotDescription, link_name,
+    KinematicsDescription, KinematicsFields, KinematicsForm, LinkDescription, Provenance,
+    RobotDescription, UrdfSource, link_name,
 };
 pub use geometry::capsules_along_links;
+pub use inverse::InverseKinematics;
 pub use kinematics::{Jacobian, Kinematics, LinkFrames};
+pub use link::ChainLink;
 pub use tool_motion::JointRange;
 
 use crate::fault::Faults;
@@ -29,18 +35,20 @@ pub struct Robot {
     kinematics: Option<Kinematics>,
     bodies: Vec<Body>,
     checked_pairs: Vec<[usize; 2]>,
+    inverse: Option<InverseKinematics>,
 }
 
 impl Robot {
     /// The most joints a robot may have.
     pub const MAX_DOF: usize = 32;
 
-    /// Checks `description` and prepares its kinematics.
+    /// Checks `description`, reads its URDF if it has one, and prepares its kinematics.
     ///
     /// # Errors
     ///
     /// All faults together, their pointers relative to the description.
     pub fn new(description: RobotDescription) -> Result<Self, Faults> {
+        let description = urdf::expand(description)?;
         validation::check(&description)?;
         let joint_names = description.joints.iter().map(|joint| joint.name.clone()).collect();
         let kinematics = description
@@ -49,7 +57,10 @@ impl Robot {
             .map(|kinematics| Kinematics::new(kinematics, &description.joints));
         let bodies = geometry::bodies(&description);
         let checked_pairs = geometry::checked_pairs(&description, &bodies);
-        Ok(Self { description, joint_names, kinematics, bodies, checked_pairs })
+        let inverse = kinematics
+            .as_ref()
+            .map(|kinematics| InverseKinematics::new(kinematics, &description.joints));
+        Ok(Self { description, joint_names, kinematics, inverse, bodies, checked_pairs })
     }
 
     /// The robot's name.
@@ -72,7 +83,7 @@ impl Robot {
         &self.joint_names
     }
 
-    /// The description the robot was built from.
+    /// The description the robot was built from, a URDF as the joints and links it turned into.
     pub fn description(&self) -> &RobotDescription {
         &self.description
     }
@@ -90,6 +101,11 @@ impl Robot {
     /// The pairs of links that must not touch, the lower link first.
     pub fn checked_pairs(&self) -> &[[usize; 2]] {
         &self.checked_pairs
+    }
+
+    /// The inverse kinematics, where the description has kinematics.
+    pub fn inverse(&self) -> Option<&InverseKinematics> {
+        self.inverse.as_ref()
     }
 }
 
@@ -141,18 +157,17 @@ mod tests {
         let robot = robot(json!({"joints": [{"name": "j", "type": "revolute"}],
             "kinematics": {"convention": "standard_dh", "rows": [{"d": 0.1}]}}));
         let kinematics = robot.description().kinematics.as_ref().unwrap();
-        assert_eq!(kinematics.rows, [DhRow { d: 0.1, ..DhRow::default() }]);
-        assert_eq!(kinematics.rows[0].sign, 1.0);
+        let KinematicsForm::Rows { rows, .. } = &kinematics.form else { panic!("rows") };
+        assert_eq!(rows[..], [DhRow { d: 0.1, ..DhRow::default() }]);
+        assert_eq!(rows[0].sign, 1.0);
         assert_eq!((&kinematics.base, &kinematics.tool), (&Pose::default(), &Pose::default()));
     }
 
     /// The schema is what clients are generated from.
     #[test]
-    fn the_schema_asks_for_joints_alone_and_knows_every_word() {
+    fn the_schema_knows_every_word() {
         let mut schemas = Vec::new();
         <RobotDescription as utoipa::ToSchema>::schemas(&mut schemas);
-        let own = <RobotDescription as utoipa::PartialSchema>::schema();
-        assert_eq!(serde_json::to_value(own).unwrap()["required"], json!(["joints"]));
         let named = |name: &str| {
             let (_, schema) = schemas.iter().find(|(found, _)| found == name).unwrap();
             serde_json::to_value(schema).unwrap()

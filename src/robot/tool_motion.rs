@@ -2,7 +2,6 @@
 
 use nalgebra::Vector3;
 
-use super::description::DhConvention;
 use super::kinematics::{Jacobian, Kinematics};
 
 /// What one joint does at most during some interval of time.
@@ -71,8 +70,8 @@ impl Kinematics {
     /// A bound on the magnitude of the third derivative of the tool's position, m/s³, while the joints
     /// stay within `joints`, whatever their configuration.
     ///
-    /// The tool's position is a sum of vectors: per joint one of length `a`, one along the joint's axis, and the
-    /// tool's offset. Each is fixed in a link or, at a prismatic joint, changes its length along an axis that is. The
+    /// The tool's position is a sum of vectors: per link its constant offsets before and beyond the joint, one along the
+    /// joint's axis, and the tool's offset. Each is fixed in a link or, at a prismatic joint, changes its length along an axis that is. The
     /// bound adds up what each can contribute; how a link turns follows from joint to joint.
     ///
     /// # Panics
@@ -82,25 +81,21 @@ impl Kinematics {
         assert_eq!(joints.len(), self.dof(), "one range per joint");
         let mut turning = Turning::default();
         let mut bound = 0.0;
-        for (link, joint) in self.links.iter().zip(joints) {
-            let [v, a, j] = joint.derivatives;
+        for link in &self.links {
+            let JointRange { position, derivatives } = joints[link.joint];
+            let derivatives = derivatives.map(|derivative| derivative * link.ratio.abs());
+            let [v, a, j] = derivatives;
             let [z1, z2, z3] = turning.of_a_unit_vector();
-            // Before the joint in the modified convention, and beyond it in the standard one.
-            let offset = link.a.abs();
-            if self.convention == DhConvention::ModifiedDh {
-                bound += offset * z3;
-            }
-            if link.fixed_theta.is_some() {
-                let length = link.d.abs() + joint.position;
+            bound += link.before.length() * z3;
+            if link.slides {
+                let length = link.d.abs() + position * link.ratio.abs();
                 bound += length * z3 + 3.0 * v * z2 + 3.0 * a * z1 + j;
             } else {
                 bound += link.d.abs() * z3;
-                turning = turning.beyond(joint.derivatives);
+                turning = turning.beyond(derivatives);
             }
-            if self.convention == DhConvention::StandardDh {
-                bound += offset * turning.of_a_unit_vector()[2];
-            }
+            bound += link.after.length() * turning.of_a_unit_vector()[2];
         }
-        bound + self.flange_from_tool.origin.norm() * turning.of_a_unit_vector()[2]
+        bound + self.flange_from_tool.length() * turning.of_a_unit_vector()[2]
     }
 }

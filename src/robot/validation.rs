@@ -1,6 +1,9 @@
 //! What makes a robot description valid.
 
-use super::description::{Body, DhRow, Joint, JointType, KinematicsDescription, link_name};
+use super::description::{
+    Body, DhRow, Joint, JointType, KinematicsDescription, KinematicsForm, LinkDescription,
+    link_name,
+};
 use super::{Robot, RobotDescription};
 use crate::fault::Faults;
 use crate::geometry::{Shape, check_pose, check_shape, length_problem};
@@ -9,6 +12,13 @@ use crate::geometry::{Shape, check_pose, check_shape, length_problem};
 const MAX_NAME: usize = 64;
 /// Offsets are angles of a drawing: beyond a few turns they are surely degrees.
 const MAX_OFFSET_RAD: f64 = 8.0 * std::f64::consts::PI;
+/// How far from 1 the norm of an axis may be.
+const NORM_TOLERANCE: f64 = 1e-6;
+/// The most links: every joint may be followed by one more.
+const MAX_LINKS: usize = 2 * Robot::MAX_DOF;
+/// Ratios of gears between joints are within these.
+const MIN_RATIO: f64 = 1e-6;
+const MAX_RATIO: f64 = 1e6;
 /// Limits beyond this cannot be meant, and their powers would overflow.
 const MAX_LIMIT: f64 = 1e12;
 /// Limits below this would lead to durations beyond any use.
@@ -138,17 +148,74 @@ fn check_range(joint: &Joint, pointer: &str, faults: &mut Faults) {
 }
 
 fn check_kinematics(kinematics: &KinematicsDescription, joints: &[Joint], faults: &mut Faults) {
-    let (rows, dof) = (kinematics.rows.len(), joints.len());
-    // Without joints the fault is there, not in the rows.
-    if rows != dof && dof > 0 {
-        let detail = format!("{rows} rows for {dof} joints, but must be one row per joint");
-        faults.add("/kinematics/rows", detail);
-    }
-    for (index, (row, joint)) in kinematics.rows.iter().zip(joints).enumerate() {
-        check_row(row, &joint.name, &format!("/kinematics/rows/{index}"), faults);
+    match &kinematics.form {
+        KinematicsForm::Rows { rows, .. } => check_rows(rows, joints, faults),
+        KinematicsForm::Links(links) => check_links(links, joints, faults),
+        // Read, and thereby checked, before.
+        KinematicsForm::Urdf(_) => {}
     }
     check_pose(&kinematics.base, "/kinematics/base", "the base", faults);
     check_pose(&kinematics.tool, "/kinematics/tool", "the tool", faults);
+}
+
+fn check_rows(rows: &[DhRow], joints: &[Joint], faults: &mut Faults) {
+    let (count, dof) = (rows.len(), joints.len());
+    // Without joints the fault is there, not in the rows.
+    if count != dof && dof > 0 {
+        let detail = format!("{count} rows for {dof} joints, but must be one row per joint");
+        faults.add("/kinematics/rows", detail);
+    }
+    for (index, (row, joint)) in rows.iter().zip(joints).enumerate() {
+        check_row(row, &joint.name, &format!("/kinematics/rows/{index}"), faults);
+    }
+}
+
+fn check_links(links: &[LinkDescription], joints: &[Joint], faults: &mut Faults) {
+    if links.len() > MAX_LINKS {
+        let detail = format!("{} links, but must be at most {MAX_LINKS}", links.len());
+        return faults.add("/kinematics/links", detail);
+    }
+    for joint in joints {
+        if !links.iter().any(|link| link.joint == joint.name) {
+            let detail = format!("no link follows joint {:?}", joint.name);
+            faults.add("/kinematics/links", detail);
+        }
+    }
+    for (index, link) in links.iter().enumerate() {
+        check_link(link, joints, &format!("/kinematics/links/{index}"), faults);
+    }
+}
+
+fn check_link(link: &LinkDescription, joints: &[Joint], pointer: &str, faults: &mut Faults) {
+    let name = &link.joint;
+    if !joints.iter().any(|joint| joint.name == *name) {
+        faults.add(format!("{pointer}/joint"), format!("there is no joint {name:?}"));
+    }
+    check_pose(
+        &link.pose,
+        &format!("{pointer}/pose"),
+        &format!("the link of joint {name:?}"),
+        faults,
+    );
+    let norm = link.axis.iter().map(|component| component * component).sum::<f64>().sqrt();
+    if norm.is_nan() || (norm - 1.0).abs() > NORM_TOLERANCE {
+        let detail = format!(
+            "axis {:?} of joint {name:?} has norm {norm}, but must have norm 1 within {NORM_TOLERANCE:e}",
+            link.axis
+        );
+        faults.add(format!("{pointer}/axis"), detail);
+    }
+    if !(MIN_RATIO..=MAX_RATIO).contains(&link.ratio.abs()) {
+        let detail = format!(
+            "ratio {} of joint {name:?} must be from {MIN_RATIO:e} to {MAX_RATIO:e} in magnitude",
+            link.ratio
+        );
+        faults.add(format!("{pointer}/ratio"), detail);
+    }
+    if let Some(problem) = length_problem(link.offset) {
+        let detail = format!("offset {} of joint {name:?} {problem}", link.offset);
+        faults.add(format!("{pointer}/offset"), detail);
+    }
 }
 
 fn check_row(row: &DhRow, joint: &str, pointer: &str, faults: &mut Faults) {
@@ -183,13 +250,16 @@ fn check_geometry(description: &RobotDescription, faults: &mut Faults) {
             }
         }
     }
-    let dof = description.joints.len();
+    let links = match description.kinematics.as_ref().map(|kinematics| &kinematics.form) {
+        Some(KinematicsForm::Links(links)) => links.len(),
+        _ => description.joints.len(),
+    };
     for (index, body) in description.geometry.iter().enumerate() {
-        check_body(body, dof, &format!("/geometry/{index}"), faults);
+        check_body(body, links, &format!("/geometry/{index}"), faults);
     }
     for (index, pair) in description.allowed_pairs.iter().enumerate() {
         for (place, &link) in pair.iter().enumerate() {
-            check_link(link, dof, &format!("/allowed_pairs/{index}/{place}"), faults);
+            check_link_number(link, links, &format!("/allowed_pairs/{index}/{place}"), faults);
         }
     }
     if let Some(radius) = description.link_radius {
@@ -202,8 +272,8 @@ fn check_geometry(description: &RobotDescription, faults: &mut Faults) {
     }
 }
 
-fn check_body(body: &Body, dof: usize, pointer: &str, faults: &mut Faults) {
-    check_link(body.link, dof, &format!("{pointer}/link"), faults);
+fn check_body(body: &Body, links: usize, pointer: &str, faults: &mut Faults) {
+    check_link_number(body.link, links, &format!("{pointer}/link"), faults);
     if let Some(name) = &body.name
         && (name.trim().is_empty() || name.chars().count() > MAX_NAME)
     {
@@ -215,11 +285,10 @@ fn check_body(body: &Body, dof: usize, pointer: &str, faults: &mut Faults) {
     check_pose(&body.pose, &format!("{pointer}/pose"), &owner, faults);
 }
 
-fn check_link(link: usize, dof: usize, pointer: &str, faults: &mut Faults) {
+fn check_link_number(link: usize, links: usize, pointer: &str, faults: &mut Faults) {
     // Without joints the fault is there, not in the link.
-    if link > dof && dof > 0 {
-        let detail =
-            format!("link {link}, but must be 0 (the base) to {dof} (after the last joint)");
+    if link > links && links > 0 {
+        let detail = format!("link {link}, but must be 0 (the base) to {links} (the last link)");
         faults.add(pointer, detail);
     }
 }
@@ -248,8 +317,10 @@ mod tests {
                 joint("spin", JointType::Continuous),
             ],
             kinematics: Some(KinematicsDescription {
-                convention: DhConvention::StandardDh,
-                rows: vec![DhRow::default(); 3],
+                form: KinematicsForm::Rows {
+                    convention: DhConvention::StandardDh,
+                    rows: vec![DhRow::default(); 3],
+                },
                 base: Pose::default(),
                 tool: Pose::default(),
             }),
@@ -276,6 +347,13 @@ mod tests {
 
     fn kinematics(description: &mut RobotDescription) -> &mut KinematicsDescription {
         description.kinematics.as_mut().unwrap()
+    }
+
+    fn rows(description: &mut RobotDescription) -> &mut Vec<DhRow> {
+        let KinematicsForm::Rows { rows, .. } = &mut kinematics(description).form else {
+            panic!("no rows")
+        };
+        rows
     }
 
     const BAD_JOINTS: &[Case] = &[
@@ -341,17 +419,13 @@ mod tests {
     ];
 
     const BAD_KINEMATICS: &[Case] = &[
-        (|d| kinematics(d).rows.truncate(2), "/kinematics/rows", &["2 rows for 3 joints"]),
-        (|d| kinematics(d).rows[1].sign = 0.5, "/kinematics/rows/1/sign", &["0.5", "\"slide\""]),
-        (|d| kinematics(d).rows[1].sign = f64::NAN, "/kinematics/rows/1/sign", &["1 or -1"]),
-        (
-            |d| kinematics(d).rows[0].a = 1200.0,
-            "/kinematics/rows/0/a",
-            &["1200 m", "\"turn\"", "millimetres"],
-        ),
-        (|d| kinematics(d).rows[0].d = f64::NAN, "/kinematics/rows/0/d", &["NaN", "finite"]),
-        (|d| kinematics(d).rows[2].alpha = 90.0, "/kinematics/rows/2/alpha", &["90", "degrees"]),
-        (|d| kinematics(d).rows[2].theta = f64::NAN, "/kinematics/rows/2/theta", &["NaN"]),
+        (|d| rows(d).truncate(2), "/kinematics/rows", &["2 rows for 3 joints"]),
+        (|d| rows(d)[1].sign = 0.5, "/kinematics/rows/1/sign", &["0.5", "\"slide\""]),
+        (|d| rows(d)[1].sign = f64::NAN, "/kinematics/rows/1/sign", &["1 or -1"]),
+        (|d| rows(d)[0].a = 1200.0, "/kinematics/rows/0/a", &["1200 m", "\"turn\"", "millimetres"]),
+        (|d| rows(d)[0].d = f64::NAN, "/kinematics/rows/0/d", &["NaN", "finite"]),
+        (|d| rows(d)[2].alpha = 90.0, "/kinematics/rows/2/alpha", &["90", "degrees"]),
+        (|d| rows(d)[2].theta = f64::NAN, "/kinematics/rows/2/theta", &["NaN"]),
         (
             |d| kinematics(d).base.position[2] = 2e3,
             "/kinematics/base/position/2",
@@ -435,7 +509,7 @@ mod tests {
             d.joints[0].limits.velocity = Some(-1.0);
             d.joints[0].limits.jerk = Some(0.0);
             d.joints[2].limits.lower = Some(0.0);
-            kinematics(d).rows[1].sign = 2.0;
+            rows(d)[1].sign = 2.0;
             kinematics(d).tool.orientation[3] = 2.0;
         });
         let pointers: Vec<_> = faults.0.iter().map(|fault| fault.pointer.as_str()).collect();
