@@ -21,6 +21,7 @@ pub use inverse::InverseKinematics;
 pub use kinematics::{Jacobian, Kinematics, LinkFrames};
 pub use link::ChainLink;
 pub use tool_motion::JointRange;
+pub use validation::check_pose;
 
 use crate::fault::Faults;
 

@@ -250,8 +250,8 @@ fn length_problem(value: f64) -> Option<String> {
     }
 }
 
-/// Checks a pose `of` something, at `pointer`.
-fn check_pose(pose: &Pose, pointer: &str, of: &str, faults: &mut Faults) {
+/// Adds what is wrong with a pose `of` something, which stands at `pointer`.
+pub fn check_pose(pose: &Pose, pointer: &str, of: &str, faults: &mut Faults) {
     for (index, &value) in pose.position.iter().enumerate() {
         if let Some(problem) = length_problem(value) {
             faults.add(

@@ -128,7 +128,7 @@ impl<'a> Search<'a> {
             best: (0.0, 0.0),
             position: vec![0.0; dof],
             velocity: vec![0.0; dof],
-            frames: LinkFrames::new(dof),
+            frames: LinkFrames::new(limit.kinematics),
             jacobian: Jacobian::new(dof),
         }
     }
