@@ -128,6 +128,14 @@ pub(super) fn configuration() -> Value {
     json!({ "joints": [0.0, -1.6, 1.2, -1.2, -1.6, 0.0] })
 }
 
+/// A pose in front of a UR5e, the tool pointing down, and where its joints are now.
+pub(super) fn pose() -> Value {
+    json!({
+        "pose": { "position": [-0.4, -0.2, 0.3], "orientation": [1.0, 0.0, 0.0, 0.0] },
+        "seed": [0.0, -1.6, 1.2, -1.2, -1.6, 0.0],
+    })
+}
+
 /// Samples, and that the controller runs cubics through them.
 pub(super) fn trajectory_to_verify() -> Value {
     json!({

@@ -118,6 +118,7 @@ fn described_routes() -> OpenApiRouter<Edge> {
         .routes(routes!(robots::list))
         .routes(routes!(robots::get, robots::put, robots::delete))
         .routes(routes!(robots::forward_kinematics))
+        .routes(routes!(robots::inverse_kinematics))
         .routes(routes!(registry::optimizers))
         .routes(routes!(registry::interpolations))
         .routes(routes!(registry::scenarios))

@@ -1,4 +1,4 @@
-//! Robots: list, look up, register, delete, forward kinematics.
+//! Robots: list, look up, register, delete, forward and inverse kinematics.
 
 use axum::Json;
 use axum::extract::State;
@@ -12,7 +12,10 @@ use super::examples;
 use super::input::{JsonBody, NamePath, NoParameters};
 use super::problem::{Problem, Problems};
 use crate::robot::RobotDescription;
-use crate::service::{ForwardKinematics, ForwardKinematicsRequest, RobotSummary};
+use crate::service::{
+    ForwardKinematics, ForwardKinematicsRequest, InverseKinematicsAnswer, InverseKinematicsRequest,
+    RobotSummary,
+};
 
 /// All robots.
 #[derive(Serialize, ToSchema)]
@@ -102,4 +105,24 @@ pub(super) async fn forward_kinematics(
 ) -> Result<Json<ForwardKinematics>, Problem> {
     let request = body.parse(ForwardKinematicsRequest::parse).await?;
     Ok(Json(edge.service.forward_kinematics(&name, &request).await?))
+}
+
+/// Find the configurations that bring the tool to a pose
+///
+/// All branches within the limits, or the nearest to a seed. If there is none, the answer tells how near the tool can come
+/// and which limit is in the way.
+#[utoipa::path(
+    post, path = "/v1/robots/{name}/ik", tag = "robots",
+    request_body(content = InverseKinematicsRequest, example = examples::pose),
+    params(("name" = String, Path, example = "ur5e", description = "The robot's name")),
+    responses((status = 200, description = "The configurations, or why there is none", body = InverseKinematicsAnswer), Problems),
+)]
+pub(super) async fn inverse_kinematics(
+    State(edge): State<Edge>,
+    NamePath(name): NamePath,
+    _: NoParameters,
+    body: JsonBody,
+) -> Result<Json<InverseKinematicsAnswer>, Problem> {
+    let request = body.parse(InverseKinematicsRequest::parse).await?;
+    Ok(Json(edge.service.inverse_kinematics(&name, request).await?))
 }

@@ -6,6 +6,7 @@
 mod blocking;
 mod error;
 mod job_request;
+mod kinematics;
 mod robots;
 mod runner;
 
@@ -20,9 +21,12 @@ use uuid::Uuid;
 pub use blocking::blocking;
 pub use error::{ErrorCode, ServiceError};
 pub use job_request::JobRequest;
-pub use robots::{
-    ForwardKinematics, ForwardKinematicsRequest, RobotOrigin, RobotPut, RobotStore, RobotSummary,
+pub use kinematics::{
+    ExcludingLimit, ForwardKinematics, ForwardKinematicsRequest, InverseFailure,
+    InverseKinematicsAnswer, InverseKinematicsRequest, InverseSolution, PoseTolerance,
+    SolutionChoice,
 };
+pub use robots::{RobotOrigin, RobotPut, RobotStore, RobotSummary};
 pub use runner::{PlanningRunner, ResultSummary};
 
 use crate::fault::Faults;

@@ -8,9 +8,8 @@ use utoipa::ToSchema;
 
 use super::{ErrorCode, Service, ServiceError, blocking};
 use crate::fault::{Faults, read};
-use crate::geometry::Pose;
 use crate::job::{JobsError, Reply};
-use crate::robot::{Jacobian, LinkFrames, Robot, RobotDescription, catalogue};
+use crate::robot::{Robot, RobotDescription, catalogue};
 
 /// Keeps the robots that users registered, as JSON text by name.
 pub trait RobotStore: Send + Sync {
@@ -75,40 +74,6 @@ pub struct RobotPut {
     pub robot: RobotDescription,
     /// False if it replaced one of the same name.
     pub created: bool,
-}
-
-/// A configuration whose frames are wanted.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
-pub struct ForwardKinematicsRequest {
-    /// One position per joint, rad or m; may lie outside the limits.
-    pub joints: Vec<f64>,
-}
-
-impl ForwardKinematicsRequest {
-    /// Reads a request.
-    ///
-    /// # Errors
-    ///
-    /// Every field that is missing, unknown or of the wrong type.
-    pub fn parse(value: Value) -> Result<Self, Faults> {
-        let mut faults = Faults::default();
-        read(value, "", &mut faults).ok_or(faults)
-    }
-}
-
-/// Where the robot's frames are, in world coordinates.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct ForwardKinematics {
-    /// The joints' names in order.
-    pub joint_names: Vec<String>,
-    /// The tool.
-    pub tool: Pose,
-    /// The frame after each joint.
-    pub links: Vec<Pose>,
-    /// Geometric Jacobian of the tool, 6 rows with a column per joint: linear
-    /// velocity (m/s), then angular velocity (rad/s), per rad/s or m/s.
-    pub jacobian: Vec<Vec<f64>>,
 }
 
 /// Finds robots by name; for threads that may block.
@@ -253,37 +218,6 @@ impl Service {
         if existed { Ok(()) } else { Err(unknown(name)) }
     }
 
-    /// The frames of robot `name` at a configuration.
-    ///
-    /// # Errors
-    ///
-    /// [`ErrorCode::NotFound`], [`ErrorCode::Invalid`] for a configuration that
-    /// does not fit, [`ErrorCode::Conflict`] if the kinematics are unknown, or
-    /// the store's.
-    pub async fn forward_kinematics(
-        &self,
-        name: &str,
-        request: &ForwardKinematicsRequest,
-    ) -> Result<ForwardKinematics, ServiceError> {
-        let robot = self.robot(name).await?;
-        let Some(kinematics) = robot.kinematics() else {
-            let message = format!("the kinematics of robot `{name}` are unknown");
-            return Err(ServiceError::new(ErrorCode::Conflict, message));
-        };
-        check_configuration(&robot, &request.joints)?;
-        let mut frames = LinkFrames::new(robot.dof());
-        kinematics.forward(&request.joints, &mut frames);
-        let mut jacobian = Jacobian::new(robot.dof());
-        kinematics.jacobian(&frames, &mut jacobian);
-        let rows = jacobian.matrix().row_iter();
-        Ok(ForwardKinematics {
-            joint_names: robot.joint_names().to_vec(),
-            tool: Pose::from(frames.tool()),
-            links: frames.links().iter().map(Pose::from).collect(),
-            jacobian: rows.map(|row| row.iter().copied().collect()).collect(),
-        })
-    }
-
     /// Runs `work` on a thread that may block, with a way to find robots.
     pub(super) async fn with_robots<T: Send + 'static>(
         &self,
@@ -297,16 +231,4 @@ impl Service {
         })
         .await
     }
-}
-
-fn check_configuration(robot: &Robot, joints: &[f64]) -> Result<(), Faults> {
-    let mut faults = Faults::default();
-    if joints.len() != robot.dof() {
-        let (found, dof) = (joints.len(), robot.dof());
-        faults.add("/joints", format!("{found} values for a robot with {dof} joints"));
-    }
-    for (index, value) in joints.iter().enumerate().filter(|(_, value)| !value.is_finite()) {
-        faults.add(format!("/joints/{index}"), format!("{value} is not finite"));
-    }
-    faults.into_result(())
 }

@@ -320,6 +320,7 @@ fn programs() -> Vec<Case> {
 fn robots() -> Vec<Case> {
     let limits = "/joints/0/limits/velocity";
     let fk = |body: Value, names| invalid("/v1/robots/ur5e/fk", body, names);
+    let ik = |body: Value, names| invalid("/v1/robots/ur5e/ik", body, names);
     vec![
         put_robot("/name", json!("other"), &["/name", "`other`", "`mine`"]),
         put_robot("/name", json!(7), &["/name", "string"]),
@@ -367,6 +368,17 @@ fn robots() -> Vec<Case> {
         },
         fk(json!({"joints": [0, 0]}), &["/joints", "2 values", "6 joints"]),
         fk(json!({"joints": "home"}), &["/joints", "string"]),
+        ik(json!({}), &["/pose", "missing field"]),
+        ik(json!({"pose": {"position": [0, 0]}}), &["/pose/position"]),
+        ik(
+            json!({"pose": {"position": [0, 0, 9000]}}),
+            &["/pose/position/2", "9000 m", "millimetres"],
+        ),
+        ik(json!({"pose": {"orientation": [0, 0, 0, 2]}}), &["/pose/orientation", "norm 2"]),
+        ik(json!({"pose": {}, "seed": [0]}), &["/seed", "1 values", "6 joints"]),
+        ik(json!({"pose": {}, "solutions": "best"}), &["/solutions", "unknown variant"]),
+        ik(json!({"pose": {}, "tolerance": {"position": -1}}), &["/tolerance/position", "-1 m"]),
+        put_robot("/kinematics/urdf", json!("<robot/>"), &["/kinematics", "exclude"]),
         fk(json!({"angles": [0]}), &["/angles", "unknown field"]),
         Case { status: 404, ..invalid("/v1/robots/hal/fk", json!({"joints": [0]}), &["`hal`"]) },
     ]

@@ -272,6 +272,89 @@ async fn forward_kinematics_place_the_tool() {
 }
 
 #[tokio::test]
+async fn inverse_kinematics_lead_back() {
+    let server = Server::start().await;
+    let joints = json!([0.3, -1.2, 1.4, -0.9, -1.5, 0.6]);
+    let frames = server.post("/v1/robots/ur5e/fk", &json!({"joints": joints})).await;
+    let pose = frames.json::<Value>().await.unwrap()["tool"].clone();
+    let ask = async |name: &str, request: Value| -> Value {
+        let response = server.post(&format!("/v1/robots/{name}/ik"), &request).await;
+        assert_eq!(response.status(), 200, "{request}");
+        response.json().await.unwrap()
+    };
+    let answer = ask("ur5e", json!({"pose": pose, "seed": joints})).await;
+    assert_eq!(
+        (&answer["method"], &answer["complete"]),
+        (&json!("three_parallel_axes"), &json!(true))
+    );
+    let solutions = answer["solutions"].as_array().unwrap();
+    assert_eq!((solutions.len(), &answer["failure"]), (8, &Value::Null));
+    // The nearest comes first; joint 1 may also stand a whole turn back, the elbow not.
+    for (found, expected) in
+        solutions[0]["joints"].as_array().unwrap().iter().zip(joints.as_array().unwrap())
+    {
+        assert!((found.as_f64().unwrap() - expected.as_f64().unwrap()).abs() < 1e-9, "{answer}");
+    }
+    let equivalent = &solutions[0]["equivalent"];
+    assert_eq!([0, 2].map(|joint: usize| equivalent[joint].as_array().unwrap().len()), [2, 1]);
+    let nearest = ask("ur5e", json!({"pose": pose, "seed": joints, "solutions": "nearest"})).await;
+    assert_eq!(nearest["solutions"].as_array().unwrap()[..], solutions[..1]);
+
+    let far = ask("ur5e", json!({"pose": {"position": [2, 0, 0.3]}})).await;
+    assert_eq!(
+        (&far["solutions"], &far["failure"]["code"]),
+        (&json!([]), &json!("ik_no_solution"))
+    );
+    assert!(far["failure"]["position_error"].as_f64().unwrap() > 1.0, "{far}");
+    assert_eq!(far["failure"]["limit"], Value::Null);
+
+    let put = server.request(Method::PUT, "/v1/robots/pair").json(&robot("pair"));
+    assert_eq!(put.send().await.unwrap().status(), 201);
+    let high = json!({"position": [1, 0, 9]});
+    let answer = ask("pair", json!({"pose": high})).await;
+    assert_eq!(answer["failure"]["limit"]["joint"], "slide", "{answer}");
+}
+
+/// A slide and an arm on it.
+const URDF: &str = r#"<robot name="crane">
+<link name="floor"/><link name="trolley"/><link name="arm"/><link name="hook"/>
+<joint name="run" type="prismatic"><parent link="floor"/><child link="trolley"/><axis xyz="1 0 0"/>
+<limit lower="0" upper="2" velocity="1" effort="0"/></joint>
+<joint name="swing" type="continuous"><parent link="trolley"/><child link="arm"/><axis xyz="0 1 0"/>
+<limit velocity="2" effort="10"/></joint>
+<joint name="end" type="fixed"><parent link="arm"/><child link="hook"/><origin xyz="0 0 -0.5"/></joint>
+</robot>"#;
+
+#[tokio::test]
+async fn a_urdf_becomes_a_robot_that_plans() {
+    let server = Server::start().await;
+    let described = json!({
+        "joints": [{"name": "run", "type": "prismatic", "limits": {"acceleration": 3, "jerk": 30}}],
+        "kinematics": {"urdf": URDF, "tip": "hook", "joint_limits": "joint_limits: {swing: {max_acceleration: 6, max_jerk: 60}}"},
+    });
+    let put =
+        server.request(Method::PUT, "/v1/robots/crane").json(&described).send().await.unwrap();
+    assert_eq!(put.status(), 201);
+    let kept: Value = put.json().await.unwrap();
+    assert_eq!(kept["joints"][0]["limits"]["velocity"], 1.0);
+    assert_eq!(kept["joints"][0]["limits"]["jerk"], 30.0);
+    assert_eq!(kept["joints"][1]["limits"]["acceleration"], 6.0);
+    assert_eq!(kept["kinematics"]["links"][1]["axis"], json!([0.0, 1.0, 0.0]));
+    let frames = server.post("/v1/robots/crane/fk", &json!({"joints": [0.5, 0.0]})).await;
+    let frames: Value = frames.json().await.unwrap();
+    assert_eq!(frames["tool"]["position"], json!([0.5, 0.0, -0.5]));
+    let job = json!({"robot": "crane", "task": {"type": "waypoints", "waypoints": [[0, 0], [1.5, 1]],
+        "interpolation": "jerk_limited"}});
+    let response = server.request(Method::POST, "/v1/jobs").json(&job).header("Prefer", "wait=60");
+    let done: Value = response.send().await.unwrap().json().await.unwrap();
+    assert_eq!(done["state"], "succeeded", "{done}");
+
+    let broken = json!({"kinematics": {"urdf": URDF.replace("</robot>", ""), "tip": "hook"}});
+    let put = server.request(Method::PUT, "/v1/robots/broken").json(&broken).send().await.unwrap();
+    problem(put, 422, "invalid").await;
+}
+
+#[tokio::test]
 async fn registries_and_operations_answer() {
     let server = Server::start().await;
     for (path, list) in [
@@ -328,6 +411,7 @@ async fn the_api_description_is_complete() {
         ("/v1/robots", "get"),
         ("/v1/robots/{name}", "put"),
         ("/v1/robots/{name}/fk", "post"),
+        ("/v1/robots/{name}/ik", "post"),
         ("/v1/optimizers", "get"),
     ] {
         assert!(api["paths"][path][method]["summary"].is_string(), "{method} {path}");
@@ -366,6 +450,7 @@ async fn the_examples_in_the_api_description_work() {
         (Method::POST, "/v1/jobs", "", 6),
         (Method::PUT, "/v1/robots/{name}", "gantry", 1),
         (Method::POST, "/v1/robots/{name}/fk", "ur5e", 1),
+        (Method::POST, "/v1/robots/{name}/ik", "ur5e", 1),
         (Method::POST, "/v1/verify", "", 1),
     ] {
         let operation = &api["paths"][path][method.as_str().to_lowercase()];

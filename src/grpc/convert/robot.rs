@@ -1,12 +1,12 @@
 //! Robots.
 
-use super::{MessageForm, Place};
+use super::{Defaulted, MessageForm, Place};
 use crate::fault::Faults;
 use crate::geometry::Pose;
 use crate::grpc::proto;
 use crate::robot::{
     DhConvention, DhRow, Joint, JointLimits, JointProvenance, JointType, KinematicsDescription,
-    Provenance, RobotDescription,
+    KinematicsFields, KinematicsForm, LinkDescription, Provenance, RobotDescription,
 };
 use crate::service::{RobotOrigin, RobotPut, RobotSummary};
 
@@ -17,13 +17,6 @@ message_form!(RobotSummary { name, origin, description, dof, joint_names, kinema
 message_form!(JointLimits { lower, upper, velocity, acceleration, jerk, effort });
 
 message_form!(JointProvenance { lower, upper, velocity, acceleration, jerk, effort });
-
-message_form!(KinematicsDescription as Kinematics {
-    convention,
-    rows,
-    base: Defaulted,
-    tool: Defaulted,
-});
 
 message_enum!(RobotOrigin { Catalogue, Registered }, unspecified: None);
 
@@ -85,6 +78,107 @@ impl MessageForm<proto::Joint> for Joint {
             joint_type: MessageForm::from_message(r#type, place.field("type"), faults),
             limits: MessageForm::from_message(limits, place.field("limits"), faults),
             provenance: MessageForm::from_message(provenance, place.field("provenance"), faults),
+        }
+    }
+}
+
+impl MessageForm<proto::Kinematics> for KinematicsDescription {
+    fn into_message(self) -> proto::Kinematics {
+        let KinematicsFields {
+            convention,
+            rows,
+            links,
+            urdf,
+            tip,
+            base_link,
+            srdf,
+            joint_limits,
+            base,
+            tool,
+        } = self.into();
+        proto::Kinematics {
+            convention: convention.map_or(0, DhConvention::into_message),
+            rows: rows.unwrap_or_default().into_message(),
+            base: Some(base.into_message()),
+            tool: Some(tool.into_message()),
+            links: links.unwrap_or_default().into_message(),
+            urdf,
+            tip,
+            base_link,
+            srdf,
+            joint_limits,
+        }
+    }
+
+    fn from_message(message: proto::Kinematics, place: Place<'_>, faults: &mut Faults) -> Self {
+        let proto::Kinematics {
+            convention,
+            rows,
+            base,
+            tool,
+            links,
+            urdf,
+            tip,
+            base_link,
+            srdf,
+            joint_limits,
+        } = message;
+        let told = convention != i32::from(proto::DhConvention::Unspecified);
+        let convention =
+            told.then(|| DhConvention::from_message(convention, place.field("convention"), faults));
+        let rows: Vec<DhRow> = MessageForm::from_message(rows, place.field("rows"), faults);
+        let links: Vec<LinkDescription> =
+            MessageForm::from_message(links, place.field("links"), faults);
+        let Defaulted(base) = MessageForm::from_message(base, place.field("base"), faults);
+        let Defaulted(tool) = MessageForm::from_message(tool, place.field("tool"), faults);
+        let fields = KinematicsFields {
+            // A list that is left out is empty.
+            rows: (told || !rows.is_empty()).then_some(rows),
+            links: (!links.is_empty()).then_some(links),
+            convention,
+            urdf,
+            tip,
+            base_link,
+            srdf,
+            joint_limits,
+            base,
+            tool,
+        };
+        Self::try_from(fields).unwrap_or_else(|problem| {
+            place.fault(faults, problem);
+            let form = KinematicsForm::Links(Vec::new());
+            Self { form, base: Pose::default(), tool: Pose::default() }
+        })
+    }
+}
+
+impl MessageForm<proto::LinkDescription> for LinkDescription {
+    fn into_message(self) -> proto::LinkDescription {
+        let Self { name, joint, pose, axis, ratio, offset } = self;
+        proto::LinkDescription {
+            name,
+            joint,
+            pose: Some(pose.into_message()),
+            axis: axis.to_vec(),
+            ratio: Some(ratio),
+            offset,
+        }
+    }
+
+    fn from_message(
+        message: proto::LinkDescription,
+        place: Place<'_>,
+        faults: &mut Faults,
+    ) -> Self {
+        let proto::LinkDescription { name, joint, pose, axis, ratio, offset } = message;
+        let Defaulted(pose) = MessageForm::from_message(pose, place.field("pose"), faults);
+        Self {
+            name,
+            joint,
+            pose,
+            axis: numbers(axis, Self::ALONG_Z, place.field("axis"), faults),
+            ratio: f64::from_message(ratio.unwrap_or(1.0), place.field("ratio"), faults),
+            offset: f64::from_message(offset, place.field("offset"), faults),
         }
     }
 }

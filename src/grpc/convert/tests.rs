@@ -12,7 +12,7 @@ use super::{MessageForm, read};
 use crate::grpc::{chunks, proto};
 use crate::job::{EventKind, Job, JobEvent, JobFilter, JobId, JobPage, JobState};
 use crate::plan::{Clock, PlanRequest, PlanResult, Task, WaypointsTask};
-use crate::robot::RobotDescription;
+use crate::robot::{KinematicsDescription, RobotDescription};
 use crate::service::{JobRequest, RobotOrigin, RobotPut, RobotSummary};
 
 /// A robot with every field given.
@@ -320,6 +320,28 @@ fn robot_summary() -> RobotSummary {
     }
 }
 
+/// Kinematics as links.
+fn links() -> Value {
+    json!({"links": [{"name": "arm", "joint": "j", "pose": {"position": [0, 0, 1]}, "axis": [0, 1, 0],
+        "ratio": -1, "offset": 0.5}]})
+}
+
+/// Kinematics as a URDF.
+fn urdf() -> Value {
+    json!({"urdf": "<robot/>", "tip": "tool0", "base_link": "base", "srdf": "<robot/>", "joint_limits": "a: b"})
+}
+
+#[test]
+fn kinematics_of_every_form_survive_the_way_through_a_message() {
+    for form in [links(), urdf(), json!({"convention": "standard_dh", "rows": [{"a": 1}]})] {
+        let kinematics: KinematicsDescription = parsed(form);
+        let message: proto::Kinematics = kinematics.clone().into_message();
+        assert_eq!(read::<KinematicsDescription, _>(message), Ok(kinematics));
+    }
+    let message = proto::Kinematics { tip: Some("t".to_owned()), ..<_>::default() };
+    assert!(read::<KinematicsDescription, _>(message).is_err());
+}
+
 /// What both forms leave out has to mean the same in both.
 #[test]
 fn defaults_are_those_of_the_json_form() {
@@ -341,6 +363,7 @@ fn defaults_are_those_of_the_json_form() {
         rows: vec![proto::DhRow::default()],
         base: None,
         tool: Some(proto::Pose::default()),
+        ..<_>::default()
     };
     let message =
         proto::Robot { joints: vec![joint], kinematics: Some(kinematics), ..<_>::default() };
@@ -470,12 +493,20 @@ fn objects() -> BTreeMap<&'static str, Value> {
         event
     };
     let certificate = &result["certificate"];
+    let links = serde_json::to_value(parsed::<KinematicsDescription>(links())).unwrap();
+    let urdf = serde_json::to_value(parsed::<KinematicsDescription>(urdf())).unwrap();
+    // The fields of all three forms.
+    let mut kinematics = robot["kinematics"].clone();
+    for form in [&links, &urdf] {
+        kinematics.as_object_mut().unwrap().extend(form.as_object().unwrap().clone());
+    }
     let mut objects = BTreeMap::from([
         ("Robot", robot.clone()),
         ("Joint", robot["joints"][0].clone()),
         ("JointLimits", robot["joints"][0]["limits"].clone()),
         ("JointProvenance", robot["joints"][0]["provenance"].clone()),
-        ("Kinematics", robot["kinematics"].clone()),
+        ("Kinematics", kinematics),
+        ("LinkDescription", links["links"][0].clone()),
         ("DhRow", robot["kinematics"]["rows"][0].clone()),
         ("Pose", robot["kinematics"]["base"].clone()),
         ("PutRobotResponse", json!({"robot": 0, "created": 0})),

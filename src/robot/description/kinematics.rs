@@ -121,8 +121,13 @@ pub struct LinkDescription {
     pub offset: f64,
 }
 
+impl LinkDescription {
+    /// The axis if none is given.
+    pub const ALONG_Z: [f64; 3] = [0.0, 0.0, 1.0];
+}
+
 fn along_z() -> [f64; 3] {
-    [0.0, 0.0, 1.0]
+    LinkDescription::ALONG_Z
 }
 
 fn one() -> f64 {

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, Vector3};
 
-use super::screws::Screw;
+use super::screws::{NEARLY, Screw};
 use super::turn::{Few, Turn, between, three_turns};
 use crate::geometry::Transform;
 
@@ -27,7 +27,7 @@ impl Gantry {
         let count = screws.iter().take_while(|screw| screw.slides).count();
         let (slides, turns) = screws.split_at(count);
         let fits = (1..=3).contains(&slides.len()) && (1..=3).contains(&turns.len());
-        let apart = turns.windows(2).all(|pair| !pair[0].is_parallel(&pair[1]));
+        let apart = turns.windows(2).all(|pair| !pair[0].is_parallel(&pair[1], NEARLY));
         if !fits || !apart || turns.iter().any(|turn| turn.slides) {
             return None;
         }

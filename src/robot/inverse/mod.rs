@@ -3,6 +3,7 @@
 //! What kind of arm it is follows from its lines alone, never from a name. Arms with a closed form
 //! give all their branches; others are searched. One file per kind.
 
+mod error;
 mod gantry;
 mod miss;
 mod numeric;
@@ -17,87 +18,33 @@ mod tests;
 mod three_parallel;
 mod turn;
 
-use nalgebra::{Vector3, Vector6};
+use nalgebra::Vector3;
 
 use super::{Joint, Kinematics, Robot};
 use crate::geometry::Transform;
 use crate::math::random::RandomStream;
+pub use error::PoseError;
 use gantry::Gantry;
 pub use miss::{LimitMiss, Miss};
 use numeric::Scratch;
 use range::Range;
 use redundant::{Redundant, spread};
 use scara::Scara;
+use screws::{EXACTLY, NEARLY};
 use six_axis::SixAxis;
 
 /// Above this (m, and rad) a closed form's answer is worth a step of refinement.
 const ROUNDING: f64 = 1e-12;
+/// An error beyond this is none that refinement would mend.
+const REFINABLE: f64 = 0.1;
 /// Two solutions whose joints differ by less are one, rad or m.
 const SAME: f64 = 1e-6;
 /// Positions of the held joint that are tried first, and at most.
 const HELD: [usize; 2] = [16, 2048];
-/// Starts of a search for one solution, and for as many as there are.
-const STARTS: [u64; 2] = [64, 200];
-
-/// How far a pose is from the wanted one.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PoseError {
-    /// m.
-    pub position: f64,
-    /// Angle of the turn between the two, rad.
-    pub orientation: f64,
-}
-
-impl PoseError {
-    /// What counts as reached if nobody says: 0.1 mm and 1 mrad. Arms with six joints are exact to rounding; for
-    /// arms with fewer joints a pose written with few digits is never exactly reachable.
-    pub const TOLERANCE: Self = Self { position: 1e-4, orientation: 1e-3 };
-
-    /// Between where the tool is and where it should be.
-    pub fn between(tool: &Transform, target: &Transform) -> Self {
-        let error = error_between(tool, target);
-        let [position, orientation] =
-            [0, 3].map(|row| Vector3::from(error.fixed_rows::<3>(row)).norm());
-        Self { position, orientation }
-    }
-
-    /// True if both are within `tolerance`.
-    pub fn within(&self, tolerance: &Self) -> bool {
-        self.position <= tolerance.position && self.orientation <= tolerance.orientation
-    }
-
-    /// What is looked for first: only where nothing is as near as this, the caller's tolerance counts.
-    const EXACT: Self = Self { position: 1e-10, orientation: 1e-10 };
-
-    fn largest(&self) -> f64 {
-        self.position.max(self.orientation)
-    }
-}
-
-/// The way from `tool` to `target`: the offset (m), then the turn as a vector along its axis (rad).
-fn error_between(tool: &Transform, target: &Transform) -> Vector6<f64> {
-    let offset = target.origin - tool.origin;
-    let axis = (tool.x.cross(&target.x) + tool.y.cross(&target.y) + tool.z.cross(&target.z)) * 0.5;
-    let cos = 0.5 * (tool.x.dot(&target.x) + tool.y.dot(&target.y) + tool.z.dot(&target.z) - 1.0);
-    let sin = axis.norm();
-    let turn = if sin > 1e-6 {
-        axis * (libm::atan2(sin, cos) / sin)
-    } else if cos > 0.0 {
-        axis
-    } else {
-        let half = half_turn(tool, target);
-        half * libm::atan2(sin, cos).copysign(half.dot(&axis))
-    };
-    Vector6::new(offset.x, offset.y, offset.z, turn.x, turn.y, turn.z)
-}
-
-/// The axis of a half turn: twice its projection is the identity plus the rotation.
-fn half_turn(tool: &Transform, target: &Transform) -> Vector3<f64> {
-    let rotation = target.rotation() * tool.rotation().transpose();
-    let columns =
-        [0, 1, 2].map(|index| Vector3::from(rotation.column(index)) + Vector3::ith(index, 1.0));
-    columns.into_iter().max_by(|a, b| a.norm().total_cmp(&b.norm())).unwrap_or_default().normalize()
-}
+/// Starts of a search.
+const STARTS: u64 = 100;
+/// As many solutions as a search lists: a six-axis arm has at most sixteen.
+const MOST: usize = 16;
 
 /// Finds configurations for poses; built once per robot.
 #[derive(Clone, Debug)]
@@ -107,6 +54,8 @@ pub struct InverseKinematics {
     /// From the tool at 0 to the world.
     tool_from_world_at_zero: Transform,
     solver: Solver,
+    /// True if the solver's arm is the ideal one and this one differs a little.
+    approximate: bool,
 }
 
 #[derive(Clone, Debug)]
@@ -173,11 +122,13 @@ impl InverseKinematics {
     /// Looks at the lines of `kinematics` and chooses how to solve it.
     pub(super) fn new(kinematics: &Kinematics, joints: &[Joint]) -> Self {
         let at_zero = kinematics.tool_transform(&vec![0.0; kinematics.dof()]);
+        let (solver, approximate) = Solver::new(kinematics, at_zero.origin);
         Self {
             kinematics: kinematics.clone(),
             ranges: joints.iter().map(Range::new).collect(),
             tool_from_world_at_zero: at_zero.inverse(),
-            solver: Solver::new(kinematics, at_zero.origin),
+            solver,
+            approximate,
         }
     }
 
@@ -193,9 +144,10 @@ impl InverseKinematics {
         }
     }
 
-    /// True if [`all`](Self::all) finds every branch; false where there are infinitely many, or a search finds them.
+    /// True if [`all`](Self::all) finds every branch; false where there are infinitely many, a search finds them, or the
+    /// closed form is that of an arm a little different.
     pub fn is_complete(&self) -> bool {
-        !matches!(self.solver, Solver::Redundant(_) | Solver::Numeric)
+        !self.approximate && !matches!(self.solver, Solver::Redundant(_) | Solver::Numeric)
     }
 
     /// A configuration within the limits to start from if nobody says: every joint at 0 or, where its limits exclude
@@ -242,8 +194,11 @@ impl InverseKinematics {
                         arm.solve(&motion, position, seed, |joints| keep(&joints, found));
                     }
                 }
-                Solver::Numeric => self.search(target, seed, tolerance, STARTS[1], found),
+                Solver::Numeric => self.search(target, seed, tolerance, MOST, found),
                 _ => self.branches(&motion, seed, |joints| keep(joints, found)),
+            }
+            if found.is_empty() && !self.is_complete() {
+                self.search(target, seed, tolerance, 1, found);
             }
             if !found.is_empty() {
                 return;
@@ -299,23 +254,19 @@ impl InverseKinematics {
                 Solver::Redundant(arm) => {
                     self.nearest_along(arm, target, &motion, seed, tolerance, &mut best, found);
                 }
-                Solver::Numeric => self.search(target, seed, tolerance, STARTS[0], found),
+                Solver::Numeric => {}
                 _ => self.branches(&motion, seed, |joints| {
                     best.offer(self, joints, seed, target, tolerance, found);
                 }),
+            }
+            if found.is_empty() && !self.is_complete() {
+                self.search(target, seed, tolerance, 1, found);
             }
             if !found.is_empty() {
                 return Ok(());
             }
         }
-        if matches!(self.solver, Solver::Redundant(_)) {
-            self.search(target, seed, tolerance, STARTS[0], found);
-        }
-        if found.is_empty() {
-            Err(Box::new(miss::explain(self, target, seed, tolerance)))
-        } else {
-            Ok(())
-        }
+        Err(Box::new(miss::explain(self, target, seed, tolerance)))
     }
 
     /// Shows `see` the branches of arms that have a closed form for all joints, limits aside.
@@ -406,33 +357,34 @@ impl InverseKinematics {
         scratch: &mut Scratch,
     ) -> Option<PoseError> {
         let mut error = PoseError::between(&self.kinematics.tool_transform(joints), target);
-        if error.largest() > ROUNDING && error.largest() < 0.1 {
-            numeric::descend(&self.kinematics, &self.ranges, target, joints, scratch, Some(2));
+        if error.largest() > ROUNDING && error.largest() < REFINABLE {
+            let steps = if self.approximate { 8 } else { 2 };
+            numeric::descend(&self.kinematics, &self.ranges, target, joints, scratch, Some(steps));
             error = PoseError::between(&self.kinematics.tool_transform(joints), target);
         }
         error.within(tolerance).then_some(error)
     }
 
-    /// Descends from `seed` and from random starts; stops at the first solution unless there may be `starts` of them.
+    /// Descends from `seed` and from random starts until `most` solutions are found.
     fn search(
         &self,
         target: &Transform,
         seed: &[f64],
         tolerance: &PoseError,
-        starts: u64,
+        most: usize,
         found: &mut Solutions,
     ) {
+        let Self { kinematics, ranges, .. } = self;
         let mut joints = [0.0; Robot::MAX_DOF];
-        let joints = &mut joints[..self.ranges.len()];
-        for start in 0..starts {
+        let joints = &mut joints[..ranges.len()];
+        for start in 0..STARTS {
             self.start(start, seed, joints);
-            let Self { kinematics, ranges, .. } = self;
             numeric::descend(kinematics, ranges, target, joints, &mut found.scratch, None);
             let error = PoseError::between(&kinematics.tool_transform(joints), target);
             if error.within(tolerance) && !found.holds(joints) {
                 found.push(joints, error);
-                if starts < STARTS[1] {
-                    return;
+                if found.len() >= most {
+                    break;
                 }
             }
         }
@@ -498,17 +450,25 @@ impl Best {
 }
 
 impl Solver {
-    /// How to solve a chain whose tool is at `tool` with every joint at 0.
-    fn new(kinematics: &Kinematics, tool: Vector3<f64>) -> Self {
-        let Some(screws) = screws::of(kinematics) else { return Self::Numeric };
-        let six = |screws: &[_]| screws.try_into().ok().and_then(SixAxis::new);
-        let found = match screws.len() {
-            3 | Scara::MOST => Scara::new(&screws).map(|arm| Self::Scara(Box::new(arm))),
-            6 => six(&screws).map(|arm| Self::SixAxis(Box::new(arm))),
-            Redundant::COUNT => Redundant::new(&screws).map(|arm| Self::Redundant(Box::new(arm))),
+    /// How to solve a chain whose tool is at `tool` with every joint at 0, and whether its lines are only
+    /// nearly what that takes.
+    fn new(kinematics: &Kinematics, tool: Vector3<f64>) -> (Self, bool) {
+        let Some(screws) = screws::of(kinematics) else { return (Self::Numeric, false) };
+        let closed = |tolerance: f64| match screws.len() {
+            3 | Scara::MOST => Scara::new(&screws, tolerance).map(|arm| Self::Scara(Box::new(arm))),
+            6 => {
+                let arm = screws[..].try_into().ok().and_then(|six| SixAxis::new(six, tolerance));
+                arm.map(|arm| Self::SixAxis(Box::new(arm)))
+            }
+            Redundant::COUNT => {
+                Redundant::new(&screws, tolerance).map(|arm| Self::Redundant(Box::new(arm)))
+            }
             _ => None,
         };
         let gantry = || Gantry::new(&screws, tool).map(|machine| Self::Gantry(Box::new(machine)));
-        found.or_else(gantry).unwrap_or(Self::Numeric)
+        if let Some(exact) = closed(EXACTLY).or_else(gantry) {
+            return (exact, false);
+        }
+        closed(NEARLY).map_or((Self::Numeric, false), |near| (near, true))
     }
 }

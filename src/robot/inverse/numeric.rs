@@ -5,7 +5,7 @@
 
 use nalgebra::{Cholesky, Matrix6, Vector6};
 
-use super::error_between;
+use super::error::error_between;
 use super::range::Range;
 use crate::geometry::Transform;
 use crate::robot::{Jacobian, Kinematics, LinkFrames, Robot};

@@ -22,10 +22,10 @@ impl Redundant {
     /// Joints of such an arm.
     pub(super) const COUNT: usize = 7;
 
-    /// The arm with these lines, if there is a closed form for it.
-    pub(super) fn new(screws: &[Screw]) -> Option<Self> {
+    /// The arm with these lines, if there is a closed form for it but for `tolerance`.
+    pub(super) fn new(screws: &[Screw], tolerance: f64) -> Option<Self> {
         let [first, .., last] = screws else { return None };
-        let part = |part: &[Screw]| part.try_into().ok().and_then(SixAxis::new);
+        let part = |part: &[Screw]| SixAxis::new(part.try_into().ok()?, tolerance);
         if let Some(arm) = part(&screws[..screws.len() - 1]) {
             return Some(Self { held: *last, first: false, arm });
         }

@@ -24,9 +24,9 @@ impl Scara {
     /// Most joints of such an arm.
     pub(super) const MOST: usize = 4;
 
-    /// The arm with these lines, if it is one.
-    pub(super) fn new(screws: &[Screw]) -> Option<Self> {
-        if !screws.iter().all(|screw| screw.is_parallel(&screws[0])) {
+    /// The arm with these lines, if it is one but for `tolerance`.
+    pub(super) fn new(screws: &[Screw], tolerance: f64) -> Option<Self> {
+        if !screws.iter().all(|screw| screw.is_parallel(&screws[0], tolerance)) {
             return None;
         }
         let of = |slides: bool| {

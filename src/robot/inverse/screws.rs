@@ -9,8 +9,10 @@ use super::turn::Turn;
 use crate::geometry::Transform;
 use crate::robot::{Kinematics, LinkFrames};
 
-/// How far parallels may diverge and meeting lines miss each other: rounding of drawings, and no more.
-const TOLERANCE: f64 = 1e-9;
+/// How far parallels may diverge (rad) and meeting lines miss each other (m): rounding of drawings, and no more.
+pub(super) const EXACTLY: f64 = 1e-9;
+/// The same of real arms, whose makers measured where the lines are.
+pub(super) const NEARLY: f64 = 1e-2;
 
 /// A joint's line.
 #[derive(Clone, Copy, Debug)]
@@ -39,8 +41,8 @@ impl Screw {
         Transform { origin: self.point - turned.direction(&self.point), ..turned }
     }
 
-    pub(super) fn is_parallel(&self, other: &Self) -> bool {
-        self.direction.cross(&other.direction).norm() < TOLERANCE
+    pub(super) fn is_parallel(&self, other: &Self, tolerance: f64) -> bool {
+        self.direction.cross(&other.direction).norm() < tolerance
     }
 
     /// 1 if both point the same way, -1 if not.
@@ -48,23 +50,23 @@ impl Screw {
         1.0_f64.copysign(self.direction.dot(&other.direction))
     }
 
-    /// Where the lines meet, if they do in one point.
-    pub(super) fn meeting(&self, other: &Self) -> Option<Vector3<f64>> {
+    /// Where the lines meet, if they do in one point but for `tolerance`.
+    pub(super) fn meeting(&self, other: &Self, tolerance: f64) -> Option<Vector3<f64>> {
         let across = self.direction.cross(&other.direction);
         let squared = across.norm_squared();
         // Lines that are nearly parallel meet nowhere that could be told.
-        if squared < 1e-6 {
+        if squared < 1e-3 {
             return None;
         }
         let between = other.point - self.point;
         let along = between.cross(&other.direction).dot(&across) / squared;
         let point = self.point + self.direction * along;
-        (between.dot(&across).abs() < TOLERANCE * squared.sqrt()).then_some(point)
+        (between.dot(&across).abs() < tolerance * squared.sqrt()).then_some(point)
     }
 
     /// True if the line goes through `point`.
-    pub(super) fn contains(&self, point: &Vector3<f64>) -> bool {
-        self.direction.cross(&(point - self.point)).norm() < TOLERANCE
+    pub(super) fn contains(&self, point: &Vector3<f64>, tolerance: f64) -> bool {
+        self.direction.cross(&(point - self.point)).norm() < tolerance
     }
 
     /// `vector` without what of it lies along the line.

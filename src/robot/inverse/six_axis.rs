@@ -20,11 +20,11 @@ enum Form {
 }
 
 impl SixAxis {
-    /// The arm with these lines, if there is a closed form for it.
-    pub(super) fn new(screws: [Screw; 6]) -> Option<Self> {
+    /// The arm with these lines, if there is a closed form for it but for `tolerance`.
+    pub(super) fn new(screws: [Screw; 6], tolerance: f64) -> Option<Self> {
         let form = |screws: [Screw; 6]| {
-            let wrist = SphericalWrist::new(screws).map(Form::SphericalWrist);
-            wrist.or_else(|| ThreeParallel::new(screws).map(Form::ThreeParallel))
+            let wrist = SphericalWrist::new(screws, tolerance).map(Form::SphericalWrist);
+            wrist.or_else(|| ThreeParallel::new(screws, tolerance).map(Form::ThreeParallel))
         };
         if let Some(form) = form(screws) {
             return Some(Self { form, reversed: false });

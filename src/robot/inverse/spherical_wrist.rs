@@ -5,7 +5,7 @@
 
 use nalgebra::Vector3;
 
-use super::screws::Screw;
+use super::screws::{NEARLY, Screw};
 use super::turn::{Turn, between, three_turns, to_height, two_links};
 use crate::geometry::Transform;
 
@@ -29,22 +29,22 @@ enum Shoulder {
 }
 
 impl SphericalWrist {
-    /// The arm with these lines, if it is one.
-    pub(super) fn new(screws: [Screw; 6]) -> Option<Self> {
+    /// The arm with these lines, if it is one but for `tolerance`.
+    pub(super) fn new(screws: [Screw; 6], tolerance: f64) -> Option<Self> {
         let [s1, s2, s3, s4, s5, s6] = &screws;
         if screws.iter().any(|screw| screw.slides) {
             return None;
         }
-        let centre = s4.meeting(s5)?;
-        if !s6.contains(&centre) || s5.is_parallel(s6) {
+        let centre = s4.meeting(s5, tolerance)?;
+        if !s6.contains(&centre, tolerance) || s5.is_parallel(s6, NEARLY) {
             return None;
         }
-        let shoulder = if s2.is_parallel(s3) && !s1.is_parallel(s2) {
+        let shoulder = if s2.is_parallel(s3, tolerance) && !s1.is_parallel(s2, NEARLY) {
             let links = [s2.across(&(s3.point - s2.point)), s2.across(&(centre - s3.point))];
             Shoulder::Parallel { links, sense: s2.sense(s3) }
         } else {
-            let meeting = s1.meeting(s2)?;
-            if s3.contains(&meeting) || s3.contains(&centre) {
+            let meeting = s1.meeting(s2, tolerance)?;
+            if s3.contains(&meeting, NEARLY) || s3.contains(&centre, NEARLY) {
                 return None;
             }
             Shoulder::Meeting(meeting)

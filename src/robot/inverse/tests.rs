@@ -3,7 +3,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use serde_json::{Value, json};
 
 use super::*;
-use crate::robot::catalogue;
+use crate::robot::{KinematicsForm, catalogue};
 
 fn robot(value: Value) -> Robot {
     Robot::new(serde_json::from_value(value).unwrap()).unwrap_or_else(|faults| panic!("{faults}"))
@@ -211,6 +211,35 @@ fn no_branch_is_missing() {
                 assert!(error > 1e-10 || listed(&joints), "{}: {joints:?}", robot.name());
             }
         }
+    }
+}
+
+/// Makers measure where the lines of an arm really are: a little beside the drawing.
+#[test]
+fn measured_arms_are_solved_like_their_drawings() {
+    let mut random = RandomStream::new(9, 0);
+    for name in ["ur5e", "kuka_kr6_r900_sixx", "franka_panda"] {
+        let drawn = catalogue::get(name).unwrap();
+        let mut description = drawn.description().clone();
+        let Some(kinematics) = &mut description.kinematics else { panic!("kinematics") };
+        let KinematicsForm::Rows { rows, .. } = &mut kinematics.form else { panic!("rows") };
+        for row in rows {
+            row.a += random.uniform(-1e-3, 1e-3);
+            row.alpha += random.uniform(-1e-3, 1e-3);
+            row.d += random.uniform(-1e-3, 1e-3);
+        }
+        let measured = Robot::new(description).unwrap();
+        let inverse = measured.inverse().unwrap();
+        assert_eq!(inverse.kind(), drawn.inverse().unwrap().kind());
+        assert!(!inverse.is_complete());
+        assert_reaches(&measured, 300, 2e-10);
+        let listed = (0..100).filter(|_| {
+            let joints = random_configuration(&measured, &mut random);
+            let branches = all(&measured, &tool(&measured, &joints));
+            branches.iter().any(|branch| apart(&measured, branch, &joints) < 1e-6)
+        });
+        let count = listed.count();
+        assert!(name == "franka_panda" || count >= 97, "{name}: {count} of 100 branches");
     }
 }
 

@@ -5,7 +5,7 @@
 
 use nalgebra::Vector3;
 
-use super::screws::Screw;
+use super::screws::{NEARLY, Screw};
 use super::turn::{Turn, between, to_height, two_links};
 use crate::geometry::Transform;
 
@@ -24,15 +24,15 @@ pub(super) struct ThreeParallel {
 }
 
 impl ThreeParallel {
-    /// The arm with these lines, if it is one.
-    pub(super) fn new(screws: [Screw; 6]) -> Option<Self> {
+    /// The arm with these lines, if it is one but for `tolerance`.
+    pub(super) fn new(screws: [Screw; 6], tolerance: f64) -> Option<Self> {
         let [s1, s2, s3, s4, s5, s6] = &screws;
-        let parallel = s2.is_parallel(s3) && s2.is_parallel(s4);
+        let parallel = s2.is_parallel(s3, tolerance) && s2.is_parallel(s4, tolerance);
         let slides = screws.iter().any(|screw| screw.slides);
-        if slides || !parallel || s1.is_parallel(s2) || s4.is_parallel(s5) {
+        if slides || !parallel || s1.is_parallel(s2, NEARLY) || s4.is_parallel(s5, NEARLY) {
             return None;
         }
-        let centre = s5.meeting(s6)?;
+        let centre = s5.meeting(s6, tolerance)?;
         let links = [s2.across(&(s3.point - s2.point)), s2.across(&(s4.point - s3.point))];
         let senses = [s2.sense(s3), s2.sense(s4)];
         let across = s2.any_across();
