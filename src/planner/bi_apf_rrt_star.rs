@@ -10,10 +10,10 @@
 //! it grows towards the sample alone.
 
 use super::both_ends::{BothEnds, REACH};
-use super::entry::{PlannerEntry, RANGE, iterations, optional};
+use super::entry::{PlannerEntry, RANGE, iterations, optional, range};
 use super::potential::{away_from_obstacles, normalise};
 use super::roadmap::Roadmap;
-use super::star::{ITERATIONS, range};
+use super::star::ITERATIONS;
 use super::world::World;
 use super::{Planner, PlanningProblem, ValidityChecker};
 use crate::fault::parameter::{Parameter, Settings, real};

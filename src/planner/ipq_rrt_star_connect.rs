@@ -12,11 +12,11 @@
 //! - The paper speaks of a priority queue; the Q of PQ-RRT* is Quick.
 
 use super::both_ends::{BothEnds, REACH};
-use super::entry::{PlannerEntry, RANGE, iterations, optional};
+use super::entry::{PlannerEntry, RANGE, iterations, optional, range};
 use super::potential::{Descent, KEEP_OFF, STEPS, STRIDE};
 use super::quick_rrt_star::DEPTH;
 use super::roadmap::Roadmap;
-use super::star::{ITERATIONS, range};
+use super::star::ITERATIONS;
 use super::world::World;
 use super::{Planner, PlanningProblem, ValidityChecker};
 use crate::fault::parameter::{Parameter, Settings, real};

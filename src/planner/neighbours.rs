@@ -58,7 +58,6 @@ impl Neighbours {
             arch: Arch::new(),
         };
         new.add_box();
-        new.add_bucket();
         new
     }
 
@@ -67,13 +66,11 @@ impl Neighbours {
         self.boxes.extend(std::iter::repeat_n(f64::NEG_INFINITY, self.dimension));
     }
 
-    /// An empty bucket: its points are infinitely far away.
-    fn add_bucket(&mut self) -> u32 {
-        let bucket = (self.names.len() / self.groups) as u32;
+    /// Groups of missing points, which are infinitely far away.
+    fn add_groups(&mut self, count: usize) {
         let far = Lanes([f64::INFINITY; WIDTH]);
-        self.points.extend(std::iter::repeat_n(far, self.groups * self.dimension));
-        self.names.extend(std::iter::repeat_n([0; WIDTH], self.groups));
-        bucket
+        self.points.extend(std::iter::repeat_n(far, count * self.dimension));
+        self.names.extend(std::iter::repeat_n([0; WIDTH], count));
     }
 
     /// Adds a point under a name.
@@ -110,6 +107,10 @@ impl Neighbours {
 
     fn put(&mut self, bucket: u32, slot: usize, point: &[f64], name: u32) {
         let group = bucket as usize * self.groups + slot / WIDTH;
+        if group == self.names.len() {
+            // The first bucket grows with its points: most trees stay small.
+            self.add_groups(1);
+        }
         let lanes = &mut self.points[group * self.dimension..][..self.dimension];
         for (lanes, &x) in lanes.iter_mut().zip(point) {
             lanes.0[slot % WIDTH] = x;
@@ -127,7 +128,8 @@ impl Neighbours {
         let names = self.names[groups].to_vec();
         self.points[first * self.dimension..][..self.groups * self.dimension]
             .fill(Lanes([f64::INFINITY; WIDTH]));
-        let buckets = [bucket, self.add_bucket()];
+        let buckets = [bucket, (self.names.len() / self.groups) as u32];
+        self.add_groups(self.groups);
         let children = [self.cells.len(), self.cells.len() + 1];
         self.cells.extend(buckets.map(|bucket| Cell::Leaf { bucket, count: 0 }));
         self.add_box();

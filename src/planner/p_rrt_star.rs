@@ -3,10 +3,10 @@
 //! Qureshi and Ayaz 2016, doi:10.1007/s10514-015-9518-0. Every sample first moves towards the goal
 //! until an obstacle is near. Deviations as for RRT*; step and distance are shares of the range.
 
-use super::entry::{PlannerEntry, RANGE, iterations};
+use super::entry::{PlannerEntry, RANGE, iterations, range};
 use super::potential::{Descent, KEEP_OFF, STEPS, STRIDE};
 use super::roadmap::Roadmap;
-use super::star::{GOAL_BIAS, GOAL_REACH, ITERATIONS, Star, range};
+use super::star::{GOAL_BIAS, GOAL_REACH, ITERATIONS, Star};
 use super::world::World;
 use super::{Planner, PlanningProblem, ValidityChecker};
 use crate::fault::parameter::Settings;

@@ -3,11 +3,11 @@
 //! Li et al. 2020, doi:10.1016/j.eswa.2020.113425. Samples move as in P-RRT*, parents are chosen as in
 //! Quick-RRT*. Deviations as for both.
 
-use super::entry::{PlannerEntry, RANGE, iterations};
+use super::entry::{PlannerEntry, RANGE, iterations, range};
 use super::potential::{Descent, KEEP_OFF, STEPS, STRIDE};
 use super::quick_rrt_star::DEPTH;
 use super::roadmap::Roadmap;
-use super::star::{GOAL_BIAS, GOAL_REACH, ITERATIONS, Star, range};
+use super::star::{GOAL_BIAS, GOAL_REACH, ITERATIONS, Star};
 use super::world::World;
 use super::{Planner, PlanningProblem, ValidityChecker};
 use crate::fault::parameter::Settings;

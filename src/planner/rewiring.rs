@@ -70,6 +70,9 @@ impl Rewiring {
         }
         let radius = self.radius.at(tree.len());
         tree.within(&self.state, radius, &mut self.near);
+        for (_, away) in &mut self.near {
+            *away = away.sqrt();
+        }
         let (parent, step) = self.cheapest_parent(world, tree, nearest, step);
         if tree.cost(parent) + step + left >= limit {
             return None;
@@ -90,16 +93,10 @@ impl Rewiring {
     ) -> (u32, f64) {
         let limit = tree.cost(nearest) + step;
         self.candidates.clear();
-        self.round += 1;
-        self.seen.resize(tree.len(), 0);
-        for &(node, squared) in &self.near {
-            self.candidates.extend(candidate(tree, node, squared.sqrt(), limit));
-            for ancestor in tree.ancestors(node).take(self.depth) {
-                if std::mem::replace(&mut self.seen[ancestor as usize], self.round) != self.round {
-                    let step = tree.distance(ancestor, &self.state);
-                    self.candidates.extend(candidate(tree, ancestor, step, limit));
-                }
-            }
+        let near = self.near.iter();
+        self.candidates.extend(near.filter_map(|&(node, step)| candidate(tree, node, step, limit)));
+        if self.depth > 0 {
+            self.add_ancestors(tree, limit);
         }
         self.candidates.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let mut candidates = self.candidates.iter();
@@ -107,15 +104,31 @@ impl Rewiring {
         free.map_or((nearest, step), |&(_, node, step)| (node, step))
     }
 
+    /// Adds the ancestors of the nodes nearby to the candidates, each once.
+    fn add_ancestors(&mut self, tree: &Tree, limit: f64) {
+        self.round += 1;
+        self.seen.resize(tree.len(), 0);
+        for &(node, _) in &self.near {
+            for ancestor in tree.ancestors(node).take(self.depth) {
+                if std::mem::replace(&mut self.seen[ancestor as usize], self.round) != self.round {
+                    let step = tree.distance(ancestor, &self.state);
+                    self.candidates.extend(candidate(tree, ancestor, step, limit));
+                }
+            }
+        }
+    }
+
     /// Makes the new node, or one of its ancestors, the parent of the nodes
     /// nearby that get cheaper by it. None of them can descend from such a node,
     /// since costs grow from parents to children.
     fn rewire<C: ValidityChecker>(&mut self, world: &mut World<'_, C>, tree: &mut Tree, node: u32) {
         self.trace(tree, node);
-        for &(near, _) in &self.near {
+        for &(near, away) in &self.near {
             for &parent in &self.line {
-                let step = tree.distance(parent, tree.state(near));
-                if tree.cost(parent) + step < tree.cost(near)
+                let cost = tree.cost(near);
+                let step =
+                    if parent == node { away } else { tree.distance(parent, tree.state(near)) };
+                if tree.cost(parent) + step < cost
                     && world.is_free(tree.state(parent), tree.state(near))
                 {
                     tree.reparent(near, parent, step);
@@ -136,6 +149,7 @@ impl Rewiring {
     }
 }
 
+#[inline]
 fn candidate(tree: &Tree, node: u32, step: f64, limit: f64) -> Option<(f64, u32, f64)> {
     let cost = tree.cost(node) + step;
     (cost < limit).then_some((cost, node, step))

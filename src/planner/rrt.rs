@@ -5,10 +5,9 @@
 //! Deviation: the goal is met exactly, by a motion no longer than the range from
 //! a new node, so no tolerance is needed.
 
-use super::entry::{PlannerEntry, RANGE, iterations};
+use super::entry::{PlannerEntry, RANGE, iterations, range};
 use super::rewiring::steer;
 use super::roadmap::Roadmap;
-use super::rrt_connect::range;
 use super::star::GOAL_BIAS;
 use super::world::World;
 use super::{Planner, PlanningProblem, ValidityChecker, distance};

@@ -6,11 +6,10 @@
 //!
 //! Deviations as for RRT*.
 
-use super::entry::{PlannerEntry, RANGE, iterations, optional};
+use super::entry::{PlannerEntry, RANGE, iterations, optional, range};
 use super::informed::draw_from_ball;
 use super::roadmap::Roadmap;
-use super::star::{GOAL_BIAS, GOAL_REACH, ITERATIONS, Star, range};
-use super::tree::Tree;
+use super::star::{GOAL_BIAS, GOAL_REACH, ITERATIONS, Star};
 use super::world::World;
 use super::{Planner, PlanningProblem, ValidityChecker};
 use crate::fault::parameter::{Parameter, Settings, integer};
@@ -73,7 +72,7 @@ impl Planner for RrtStarSmart {
     fn step<C: ValidityChecker>(&mut self, world: &mut World<'_, C>) {
         let length = self.star.roadmap.length();
         if length < self.straightened {
-            self.straighten(world);
+            self.place_beacons(world);
         }
         self.count += 1;
         if self.beacons.is_empty() || !self.count.is_multiple_of(self.every) {
@@ -95,29 +94,14 @@ impl Planner for RrtStarSmart {
 }
 
 impl RrtStarSmart {
-    /// Joins every node of the path with the furthest ancestor in sight.
-    fn straighten<C: ValidityChecker>(&mut self, world: &mut World<'_, C>) {
-        let roadmap = &mut self.star.roadmap;
-        let Some([end, _]) = roadmap.join() else { return };
+    fn place_beacons<C: ValidityChecker>(&mut self, world: &mut World<'_, C>) {
+        self.star.straighten(world);
+        self.straightened = self.star.roadmap.length();
         self.beacons.clear();
-        let goal = &world.problem.goal;
-        let in_sight = furthest_in_sight(world, &roadmap.trees[0], end, goal);
-        if let Some((ancestor, step)) = in_sight {
-            roadmap.offer([ancestor, 0], step);
-        }
-        let Some([mut at, _]) = roadmap.join() else { return };
-        let tree = &mut roadmap.trees[0];
-        while tree.parent(at).is_some() {
-            let state = tree.state(at).to_vec();
-            if let Some((ancestor, step)) = furthest_in_sight(world, tree, at, &state)
-                && tree.cost(ancestor) + step < tree.cost(at)
-            {
-                tree.reparent(at, ancestor, step);
-            }
-            self.beacons.extend_from_slice(&state);
-            at = tree.parent(at).unwrap_or(0);
-        }
-        self.straightened = roadmap.length();
+        let Some([end, _]) = self.star.roadmap.join() else { return };
+        let tree = &self.star.roadmap.trees[0];
+        let inner = std::iter::once(end).chain(tree.ancestors(end)).filter(|&node| node != 0);
+        inner.for_each(|node| self.beacons.extend_from_slice(tree.state(node)));
     }
 
     fn sample_near_beacon<C: ValidityChecker>(&mut self, world: &mut World<'_, C>) {
@@ -131,18 +115,4 @@ impl RrtStarSmart {
             *x = (beacon + self.radius * *x).max(lower).min(upper);
         }
     }
-}
-
-/// The earliest ancestor of a node, other than its parent, from which a free
-/// motion leads to `state`, and that motion's length.
-fn furthest_in_sight<C: ValidityChecker>(
-    world: &mut World<'_, C>,
-    tree: &Tree,
-    node: u32,
-    state: &[f64],
-) -> Option<(u32, f64)> {
-    let ancestors: Vec<u32> = tree.ancestors(node).collect();
-    let mut furthest = ancestors.into_iter().rev();
-    let in_sight = furthest.find(|&ancestor| world.is_free(tree.state(ancestor), state))?;
-    Some((in_sight, tree.distance(in_sight, state)))
 }

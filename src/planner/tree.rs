@@ -82,11 +82,13 @@ impl Tree {
         self.cost[node as usize]
     }
 
+    #[inline]
     pub fn parent(&self, node: u32) -> Option<u32> {
         Some(self.links[node as usize].parent).filter(|&parent| parent != NONE)
     }
 
     /// Parent, grandparent and so on.
+    #[inline]
     pub fn ancestors(&self, node: u32) -> impl Iterator<Item = u32> + '_ {
         std::iter::successors(self.parent(node), |&node| self.parent(node))
     }
@@ -191,6 +193,7 @@ impl Tree {
         path
     }
 
+    #[inline]
     pub fn distance(&self, node: u32, state: &[f64]) -> f64 {
         distance(self.state(node), state)
     }

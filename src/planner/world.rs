@@ -66,7 +66,7 @@ impl<'a, C: ValidityChecker> World<'a, C> {
         if self.random.unit() < bias {
             state.copy_from_slice(&self.problem.goal);
         } else {
-            self.sample(state);
+            self.sample_evenly(state);
         }
     }
 }
@@ -84,12 +84,15 @@ struct Even {
 impl Even {
     fn new(dimension: usize, seed: u64) -> Self {
         let mut random = RandomStream::new(seed, 1);
-        let mut golden = 1.5;
-        for _ in 0..60 {
-            golden = libm::pow(1.0 + golden, 1.0 / (dimension as f64 + 1.0));
+        // Newton's method from above, where it cannot overshoot.
+        let mut golden = 2.0_f64;
+        for _ in 0..12 {
+            let power = golden.powi(dimension as i32);
+            let slope = (dimension as f64 + 1.0) * power - 1.0;
+            golden -= (power * golden - golden - 1.0) / slope;
         }
         const TWO_TO_64: f64 = 18_446_744_073_709_551_616.0;
-        let step = |axis: usize| (libm::pow(golden, -(axis as f64 + 1.0)) * TWO_TO_64) as u64;
+        let step = |axis: usize| (golden.powi(-(axis as i32) - 1) * TWO_TO_64) as u64;
         let at = (0..dimension).map(|_| (random.unit() * TWO_TO_64) as u64).collect();
         Self { at, step: (0..dimension).map(step).collect() }
     }

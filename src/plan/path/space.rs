@@ -43,16 +43,14 @@ impl PointSpace {
         let (mut balls, mut boxes) = (Vec::new(), Vec::new());
         for obstacle in &space.obstacles {
             match obstacle {
-                Obstacle::Ball { center, radius } => balls.push((center, radius * (1.0 + 4e-15) + margin)),
+                Obstacle::Ball { center, radius } => {
+                    balls.push((center, radius * (1.0 + 4e-15) + margin))
+                }
                 Obstacle::Box { lower, upper } => boxes.push((lower, upper)),
             }
         }
-        let mut found = Self {
-            dimension,
-            balls: Balls::default(),
-            boxes: Boxes::default(),
-            arch: Arch::new(),
-        };
+        let mut found =
+            Self { dimension, balls: Balls::default(), boxes: Boxes::default(), arch: Arch::new() };
         for group in balls.chunks(WIDTH) {
             // A missing ball is infinitely far away.
             let centre = |axis: usize| lanes(group, f64::INFINITY, |(centre, _)| centre[axis]);
@@ -60,8 +58,10 @@ impl PointSpace {
             found.balls.radii.push(lanes(group, 0.0, |(_, radius)| *radius));
         }
         for group in boxes.chunks(WIDTH) {
-            let lower = |axis: usize| lanes(group, f64::INFINITY, |(lower, _)| lower[axis] - margin);
-            let upper = |axis: usize| lanes(group, f64::INFINITY, |(_, upper)| upper[axis] + margin);
+            let lower =
+                |axis: usize| lanes(group, f64::INFINITY, |(lower, _)| lower[axis] - margin);
+            let upper =
+                |axis: usize| lanes(group, f64::INFINITY, |(_, upper)| upper[axis] + margin);
             found.boxes.ends.extend((0..dimension).map(lower));
             found.boxes.ends.extend((0..dimension).map(upper));
         }
@@ -255,7 +255,8 @@ pub fn depth(obstacle: &Obstacle, state: &[f64]) -> f64 {
         Obstacle::Ball { center, radius } => radius - distance(center, state),
         Obstacle::Box { lower, upper } => {
             let ends = lower.iter().zip(upper);
-            let offs = state.iter().zip(ends).map(|(&x, (lower, upper))| (lower - x).max(x - upper));
+            let offs =
+                state.iter().zip(ends).map(|(&x, (lower, upper))| (lower - x).max(x - upper));
             let deepest = offs.clone().fold(f64::NEG_INFINITY, f64::max);
             if deepest <= 0.0 {
                 return -deepest;
