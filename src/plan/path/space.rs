@@ -134,8 +134,8 @@ impl Balls {
             let mut share = [0.0; WIDTH];
             for axis in 0..dimension {
                 let way = (to[axis] - from[axis]) * inverse;
-                for lane in 0..WIDTH {
-                    share[lane] += (centres[axis].0[lane] - from[axis]) * way;
+                for (share, centre) in share.iter_mut().zip(&centres[axis].0) {
+                    *share += (centre - from[axis]) * way;
                 }
             }
             for share in &mut share {
@@ -152,9 +152,9 @@ impl Balls {
                 }
             }
             let mut hit = false;
-            for lane in 0..WIDTH {
-                let reach = radii.0[lane] + margin;
-                hit |= squared[lane] <= reach * reach;
+            for (squared, radius) in squared.iter().zip(&radii.0) {
+                let reach = radius + margin;
+                hit |= *squared <= reach * reach;
             }
             if hit {
                 return true;
@@ -169,9 +169,9 @@ impl Balls {
         for (centres, radii) in self.centres.chunks_exact(dimension).zip(&self.radii) {
             let mut squared = [0.0; WIDTH];
             for axis in 0..dimension {
-                for lane in 0..WIDTH {
-                    let off = centres[axis].0[lane] - state[axis];
-                    squared[lane] += off * off;
+                for (squared, centre) in squared.iter_mut().zip(&centres[axis].0) {
+                    let off = centre - state[axis];
+                    *squared += off * off;
                 }
             }
             for lane in 0..WIDTH {
@@ -263,5 +263,100 @@ pub fn depth(obstacle: &Obstacle, state: &[f64]) -> f64 {
             }
             -offs.map(|off| off.max(0.0) * off.max(0.0)).sum::<f64>().sqrt()
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::random::RandomStream;
+
+    /// Balls and boxes of all sizes, more than one group of each.
+    fn space(dimension: usize, seed: u64) -> (Space, RandomStream) {
+        let mut random = RandomStream::new(seed, dimension as u64);
+        let mut draw = |from: f64, to: f64| -> Vec<f64> {
+            (0..dimension).map(|_| random.uniform(from, to)).collect()
+        };
+        let mut obstacles = Vec::new();
+        for index in 0..20 {
+            let center = draw(0.0, 10.0);
+            obstacles.push(if index % 2 == 0 {
+                Obstacle::Ball { center, radius: draw(0.0, 2.0)[0] }
+            } else {
+                let size = draw(0.0, 3.0);
+                let upper = center.iter().zip(&size).map(|(x, size)| x + size).collect();
+                Obstacle::Box { lower: center, upper }
+            });
+        }
+        let space = Space { lower: vec![0.0; dimension], upper: vec![10.0; dimension], obstacles };
+        (space, random)
+    }
+
+    /// Against depths at the points of each motion, and the clearance against
+    /// the nearest of all obstacles.
+    #[test]
+    fn motions_are_free_exactly_where_all_their_points_are() {
+        let (mut hit, mut free) = (0, 0);
+        for dimension in [2, 3, 5, 12] {
+            for seed in 0..40 {
+                let (given, mut random) = space(dimension, seed);
+                let mut checker = PointSpace::new(&given);
+                for _ in 0..20 {
+                    let mut draw = || -> Vec<f64> {
+                        (0..dimension).map(|_| random.uniform(0.0, 10.0)).collect()
+                    };
+                    let (from, mut to) = (draw(), draw());
+                    // Along an axis in some of the rest.
+                    to[1] = if from[0] < 3.0 { from[1] } else { to[1] };
+                    let deepest = |at: &[f64]| {
+                        let depths = given.obstacles.iter().map(|obstacle| depth(obstacle, at));
+                        depths.fold(f64::NEG_INFINITY, f64::max)
+                    };
+                    let gap = (0..=2000).map(|step| {
+                        let share = f64::from(step) / 2000.0;
+                        let ends = from.iter().zip(&to);
+                        deepest(&ends.map(|(a, b)| a + share * (b - a)).collect::<Vec<f64>>())
+                    });
+                    let gap = -gap.fold(f64::NEG_INFINITY, f64::max);
+                    let spacing = distance(&from, &to) / 4000.0;
+                    let is_free = checker.is_motion_valid(&from, &to);
+                    assert!(!is_free || gap > 0.0, "{dimension}, {seed}: {gap}");
+                    assert!(is_free || gap < spacing, "{dimension}, {seed}: {gap} {spacing}");
+                    assert!(!is_free || checker.is_motion_clear(&from, &to, 0.0));
+                    assert!(!checker.is_motion_clear(&from, &to, gap.max(0.0) + spacing));
+                    assert_eq!(checker.is_motion_valid(&to, &from), is_free);
+                    (hit, free) = if is_free { (hit, free + 1) } else { (hit + 1, free) };
+                    let off = checker.clearance(&from).unwrap() + deepest(&from);
+                    assert!(off.abs() < 1e-9, "{dimension}, {seed}: {off}");
+                    assert_eq!(checker.is_state_valid(&from), deepest(&from) < 0.0);
+                }
+            }
+        }
+        assert!(hit > 500 && free > 500, "{hit} {free}");
+    }
+
+    #[test]
+    fn touching_is_hitting() {
+        let ball = Obstacle::Ball { center: vec![0.3, 0.7], radius: 0.1 };
+        let block = Obstacle::Box { lower: vec![0.1, 0.1], upper: vec![0.4, 0.3] };
+        let space = |obstacles| Space { lower: vec![0.0; 2], upper: vec![1.0; 2], obstacles };
+        let mut both = PointSpace::new(&space(vec![ball, block]));
+        for [from, to] in [
+            [[0.0, 0.6], [1.0, 0.6]],
+            [[0.4, 0.0], [0.4, 1.0]],
+            [[0.2, 0.0], [0.2, 1.0]],
+            [[0.0, 0.3], [1.0, 0.3]],
+            [[0.1, 0.0], [0.1, 1.0]],
+            [[0.3, 0.4], [0.5, 0.2]],
+        ] {
+            assert!(!both.is_motion_valid(&from, &to), "{from:?} {to:?}");
+            let aside = |[x, y]: [f64; 2]| [x + 1e-9, y + 1e-9];
+            let moved = both.is_motion_valid(&aside(from), &aside(to));
+            let is_parallel_above = from[1] == 0.3 || from == [0.4, 0.0] || from[1] == 0.4;
+            assert_eq!(moved, is_parallel_above, "{from:?} {to:?}");
+        }
+        let mut empty = PointSpace::new(&space(Vec::new()));
+        assert!(empty.is_motion_valid(&[0.0, 0.0], &[1.0, 1.0]));
+        assert_eq!(empty.clearance(&[0.5, 0.5]), Some(f64::INFINITY));
     }
 }
