@@ -36,7 +36,7 @@ mod tree;
 mod world;
 
 pub use entry::{PlannerEntry, PlannerInfo};
-pub use registry::{PLANNERS, planner, planner_names};
+pub use registry::{PLANNERS, auto, planner, planner_names};
 pub use shortcut::shortcut;
 pub use solve::{LengthPoint, PathSolution, solve};
 pub use tree::GrownTree;

@@ -50,6 +50,14 @@ pub fn planner(name: &str) -> Option<&'static PlannerEntry> {
     PLANNERS.iter().find(|entry| entry.name == name)
 }
 
+/// The planner that `auto` stands for: what measures best (`docs/PLANNING.md`).
+pub fn auto(dimension: usize) -> &'static PlannerEntry {
+    if dimension <= AUTO_INFORMED { &informed_rrt_star::ENTRY } else { &rrt_connect::ENTRY }
+}
+
+/// Most coordinates with which a short path is searched instead of a first one.
+const AUTO_INFORMED: usize = 4;
+
 /// All names, for messages.
 pub fn planner_names() -> String {
     PLANNERS.iter().map(|entry| entry.name).collect::<Vec<_>>().join(", ")

@@ -215,7 +215,7 @@ fn distance_to_segment(point: &[f64], from: &[f64], to: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plan::path::request::{Obstacle, Space};
+    use crate::plan::path::request::{BallObstacle, Obstacle, Space};
     use crate::plan::path::smoothing::smoothing;
 
     fn value(points: &[Vec<f64>], u: f64) -> Vec<f64> {
@@ -227,8 +227,9 @@ mod tests {
     }
 
     fn smoothed(degree: u32, balls: &[([f64; 2], f64)]) -> (Vec<BezierPiece>, Smoothed) {
-        let ball =
-            |&([x, y], radius): &([f64; 2], f64)| Obstacle::Ball { center: vec![x, y], radius };
+        let ball = |&([x, y], radius): &([f64; 2], f64)| {
+            Obstacle::Ball(BallObstacle { center: vec![x, y], radius })
+        };
         let space = Space {
             lower: vec![0.0; 2],
             upper: vec![10.0; 2],

@@ -46,7 +46,7 @@ impl PointSpace {
                 Obstacle::Ball { center, radius } => {
                     balls.push((center, radius * (1.0 + 4e-15) + margin))
                 }
-                Obstacle::Box { lower, upper } => boxes.push((lower, upper)),
+                Obstacle::Box(block) => boxes.push((&block.lower, &block.upper)),
             }
         }
         let mut found =
@@ -250,11 +250,11 @@ impl Boxes {
 
 /// How deep a state lies in an obstacle: the way to its surface; negative
 /// outside, then the distance.
-pub fn depth(obstacle: &Obstacle, state: &[f64]) -> f64 {
+pub(super) fn depth(obstacle: &Obstacle, state: &[f64]) -> f64 {
     match obstacle {
-        Obstacle::Ball { center, radius } => radius - distance(center, state),
-        Obstacle::Box { lower, upper } => {
-            let ends = lower.iter().zip(upper);
+        Obstacle::Ball(ball) => ball.radius - distance(&ball.center, state),
+        Obstacle::Box(block) => {
+            let ends = block.lower.iter().zip(&block.upper);
             let offs =
                 state.iter().zip(ends).map(|(&x, (lower, upper))| (lower - x).max(x - upper));
             let deepest = offs.clone().fold(f64::NEG_INFINITY, f64::max);
@@ -268,6 +268,7 @@ pub fn depth(obstacle: &Obstacle, state: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::request::{BallObstacle, BoxObstacle};
     use super::*;
     use crate::math::random::RandomStream;
 
@@ -281,11 +282,11 @@ mod tests {
         for index in 0..20 {
             let center = draw(0.0, 10.0);
             obstacles.push(if index % 2 == 0 {
-                Obstacle::Ball { center, radius: draw(0.0, 2.0)[0] }
+                Obstacle::Ball(BallObstacle { center, radius: draw(0.0, 2.0)[0] })
             } else {
                 let size = draw(0.0, 3.0);
                 let upper = center.iter().zip(&size).map(|(x, size)| x + size).collect();
-                Obstacle::Box { lower: center, upper }
+                Obstacle::Box(BoxObstacle { lower: center, upper })
             });
         }
         let space = Space { lower: vec![0.0; dimension], upper: vec![10.0; dimension], obstacles };
@@ -337,8 +338,8 @@ mod tests {
 
     #[test]
     fn touching_is_hitting() {
-        let ball = Obstacle::Ball { center: vec![0.3, 0.7], radius: 0.1 };
-        let block = Obstacle::Box { lower: vec![0.1, 0.1], upper: vec![0.4, 0.3] };
+        let ball = Obstacle::Ball(BallObstacle { center: vec![0.3, 0.7], radius: 0.1 });
+        let block = Obstacle::Box(BoxObstacle { lower: vec![0.1, 0.1], upper: vec![0.4, 0.3] });
         let space = |obstacles| Space { lower: vec![0.0; 2], upper: vec![1.0; 2], obstacles };
         let mut both = PointSpace::new(&space(vec![ball, block]));
         for [from, to] in [
