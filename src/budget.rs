@@ -16,6 +16,8 @@ use utoipa::ToSchema;
 pub enum StopReason {
     /// The method found no way to improve any further.
     Converged,
+    /// What was asked for is found: a path, or one that is short enough.
+    Solved,
     /// All requested iterations were done.
     IterationLimit,
     /// The evaluation limit was reached.
@@ -33,6 +35,7 @@ impl std::fmt::Display for StopReason {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
             Self::Converged => "converged",
+            Self::Solved => "solved",
             Self::IterationLimit => "iteration limit",
             Self::EvaluationLimit => "evaluation limit",
             Self::TimeLimit => "time limit",

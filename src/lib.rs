@@ -11,6 +11,7 @@ pub mod math;
 
 pub mod geometry;
 pub mod optimize;
+pub mod planner;
 
 pub mod robot;
 

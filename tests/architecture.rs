@@ -13,7 +13,7 @@ use syn::visit::{self, Visit};
 /// they hold.
 const LAYERS: &[&[&str]] = &[
     &["math", "budget", "fault"],
-    &["geometry", "optimize"],
+    &["geometry", "optimize", "planner"],
     &["robot"],
     &["trajectory"],
     &["plan"],
@@ -45,6 +45,7 @@ const PURE: &[&str] = &[
     "fault",
     "geometry",
     "optimize",
+    "planner",
     "robot",
     "trajectory",
     "plan",

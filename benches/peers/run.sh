@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# Times Takt and its peers in turn, on one core: run.sh swarm, run.sh jerk_limited or run.sh state_to_state,
+# Times Takt and its peers in turn, on one core: run.sh swarm, run.sh jerk_limited, run.sh state_to_state or run.sh planners,
 # with a filter for the bench if wanted (run.sh swarm pso).
 # Packages go into a virtual environment of their own, outside this tree.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
-bench=${1:?which bench: swarm, jerk_limited or state_to_state}
+bench=${1:?which bench: swarm, jerk_limited, state_to_state or planners}
 
 environment=$(mktemp -d)
 trap 'rm -rf "$environment"' EXIT

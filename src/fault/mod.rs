@@ -3,6 +3,7 @@
 //! Input is checked once, at the edge, and every fault of a request is
 //! reported together.
 
+pub mod parameter;
 mod strict;
 
 use serde::de::DeserializeOwned;

@@ -12,6 +12,12 @@ use crate::budget::StopReason;
 pub enum PlanCode {
     /// The limits do not admit what was asked.
     LimitsUnreachable,
+    /// No path was found.
+    NoPath,
+    /// The start touches or lies in an obstacle.
+    StartInCollision,
+    /// The goal touches or lies in an obstacle.
+    GoalInCollision,
     /// The job's deadline passed.
     DeadlineExceeded,
     /// Somebody cancelled.
@@ -25,6 +31,9 @@ impl PlanCode {
     pub fn as_str(self) -> &'static str {
         match self {
             Self::LimitsUnreachable => "limits_unreachable",
+            Self::NoPath => "no_path",
+            Self::StartInCollision => "start_in_collision",
+            Self::GoalInCollision => "goal_in_collision",
             Self::DeadlineExceeded => "deadline_exceeded",
             Self::Cancelled => "cancelled",
             Self::Interrupted => "interrupted",
@@ -64,9 +73,10 @@ impl PlanError {
             StopReason::Cancelled => (PlanCode::Cancelled, "cancelled while planning"),
             StopReason::Interrupted => (PlanCode::Interrupted, "the server drains"),
             StopReason::TimeLimit => (PlanCode::DeadlineExceeded, "deadline passed while planning"),
-            StopReason::Converged | StopReason::IterationLimit | StopReason::EvaluationLimit => {
-                return None;
-            }
+            StopReason::Converged
+            | StopReason::Solved
+            | StopReason::IterationLimit
+            | StopReason::EvaluationLimit => return None,
         };
         Some(Self { code, message: message.to_owned(), details: json!({}), partial: None })
     }

@@ -9,6 +9,7 @@ mod metrics;
 mod objectives;
 mod optimum;
 mod pareto;
+pub mod path;
 mod prepare;
 mod prepared;
 mod program;
@@ -31,6 +32,10 @@ pub use family::{
     MemberResult, MostBinding, SweepAxis,
 };
 pub use objectives::{ObjectiveWeights, ParetoMethod, ParetoRequest};
+pub use path::{
+    BallObstacle, BezierPiece, BoxObstacle, Obstacle, PathResult, PathTask, PlannerChoice,
+    SmoothingChoice, Space, TreeEdge,
+};
 pub use pareto::{ParetoAxis, ParetoFront, ParetoPoint};
 pub use prepare::{MAX_LEGS, MAX_WAYPOINTS, validate};
 pub use prepared::{MembersDone, PreparedPlan, Progress};

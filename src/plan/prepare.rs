@@ -9,7 +9,7 @@ use super::request::{
     Clock, Constraints, DurationGoal, DurationRange, OptimizerChoice, PlanRequest, ProgramTask,
     RobotRef, Task, WaypointsTask,
 };
-use super::{family, limits, study};
+use super::{family, limits, path, study};
 use crate::fault::{Faults, escape};
 use crate::optimize::{OptimizerEntry, Settings, optimizer, optimizer_names};
 use crate::robot::Robot;
@@ -74,8 +74,12 @@ pub fn validate(
             study::refuse_tcp_limit(overrides, &mut faults);
             study::prepare_comparison(task, &common, &mut faults).map(PreparedTask::Study)
         }
+        Task::Path(task) => {
+            refuse_robot(request, "a path is that of a point", &mut faults);
+            path::prepare(task, &mut faults).map(PreparedTask::Path)
+        }
         Task::Benchmark(task) => {
-            refuse_robot(request, &mut faults);
+            refuse_robot(request, "a benchmark runs on functions", &mut faults);
             study::prepare_benchmark(task, &mut faults).map(PreparedTask::Study)
         }
         Task::Waypoints(_) | Task::Program(_) if robot.is_none() => {
@@ -98,16 +102,15 @@ pub fn validate(
     faults.into_result(task)?.map(prepared).ok_or_else(Faults::default)
 }
 
-/// A benchmark's functions know neither robot nor limits: who gives them means something else.
-fn refuse_robot(request: &PlanRequest, faults: &mut Faults) {
+/// Some tasks know neither robot nor limits: who gives them means something else.
+fn refuse_robot(request: &PlanRequest, why: &str, faults: &mut Faults) {
     for (name, given) in [
         ("robot", request.robot.is_some()),
         ("limits", request.limits.is_some()),
         ("limit_scale", request.limit_scale.is_some()),
     ] {
         if given {
-            faults
-                .add(format!("/{name}"), format!("a benchmark runs on functions, without {name}"));
+            faults.add(format!("/{name}"), format!("{why}, without {name}"));
         }
     }
 }

@@ -8,6 +8,7 @@ use utoipa::ToSchema;
 
 use super::family::PreparedFamily;
 use super::objectives::{ObjectiveWeights, ParetoMethod, ParetoRequest};
+use super::path::PreparedPath;
 use super::request::{Clock, ConstraintHandling, Constraints, DurationGoal, DurationRange};
 use super::study::PreparedStudy;
 use crate::optimize::{OptimizerEntry, Settings};
@@ -91,6 +92,7 @@ pub struct PreparedPlan {
 
 pub(super) enum PreparedTask {
     Waypoints(PreparedWaypoints),
+    Path(PreparedPath),
     Program(Vec<PreparedLeg>),
     Family(PreparedFamily),
     Study(PreparedStudy),
@@ -127,6 +129,7 @@ impl PreparedPlan {
     pub fn estimate_s(&self) -> f64 {
         match &self.task {
             PreparedTask::Study(study) => study.estimate_s(),
+            PreparedTask::Path(task) => task.estimate_s(),
             _ => self.tasks().map(PreparedWaypoints::estimate_s).sum(),
         }
     }
@@ -135,16 +138,20 @@ impl PreparedPlan {
     pub fn task(&self) -> &'static str {
         match &self.task {
             PreparedTask::Waypoints(_) => "waypoints",
+            PreparedTask::Path(_) => "path",
             PreparedTask::Program(_) => "program",
             PreparedTask::Family(_) => "family",
             PreparedTask::Study(study) => study.task,
         }
     }
 
-    /// Interpolation and optimizer, those of a program's legs or a family's members, or how many are compared.
+    /// Interpolation and optimizer, those of a program's legs or a family's members, planner and
+    /// smoothing, or how many are compared.
     pub fn method(&self) -> String {
-        if let PreparedTask::Study(study) = &self.task {
-            return format!("{} methods", study.methods.len());
+        match &self.task {
+            PreparedTask::Study(study) => return format!("{} methods", study.methods.len()),
+            PreparedTask::Path(task) => return task.method(),
+            _ => {}
         }
         let mut methods: Vec<String> = Vec::new();
         for task in self.tasks() {
@@ -178,7 +185,7 @@ impl PreparedPlan {
             PreparedTask::Family(family) => {
                 Box::new(family.members.iter().flat_map(|member| member.plan.tasks()))
             }
-            PreparedTask::Study(_) => Box::new(iter::empty()),
+            PreparedTask::Path(_) | PreparedTask::Study(_) => Box::new(iter::empty()),
         }
     }
 }

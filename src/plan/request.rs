@@ -9,6 +9,7 @@ use utoipa::ToSchema;
 
 use super::family::FamilyTask;
 use super::objectives::{ObjectiveWeights, ParetoRequest};
+use super::path::PathTask;
 use super::study::{BenchmarkTask, ComparisonTask};
 use crate::fault::{Faults, read};
 use crate::robot::RobotDescription;
@@ -17,7 +18,7 @@ use crate::robot::RobotDescription;
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct PlanRequest {
     /// A catalogue or registered robot by name, or a robot object inline. May
-    /// be left out of a benchmark, and of a comparison or family whose problems
+    /// be left out of a path and a benchmark, and of a comparison or family whose problems
     /// all name their own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub robot: Option<RobotRef>,
@@ -50,6 +51,8 @@ pub enum RobotRef {
 pub enum Task {
     /// Pass through joint waypoints in the least time.
     Waypoints(WaypointsTask),
+    /// Find a way for a point that touches nothing.
+    Path(PathTask),
     /// Several tasks in order.
     Program(ProgramTask),
     /// One problem in many variants.
@@ -61,7 +64,7 @@ pub enum Task {
 }
 
 /// The names of all tasks, as `type` takes them.
-pub const TASKS: &[&str] = &["waypoints", "program", "family", "comparison", "benchmark"];
+pub const TASKS: &[&str] = &["waypoints", "path", "program", "family", "comparison", "benchmark"];
 
 /// Pass through joint waypoints in the least time, at rest at both ends unless they say otherwise.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -358,7 +361,9 @@ impl PlanRequest {
         let (one, several) = match &mut self.task {
             Task::Family(family) => (family.problem.robot.as_mut(), &mut [][..]),
             Task::Comparison(comparison) => (None, &mut comparison.problems[..]),
-            Task::Waypoints(_) | Task::Program(_) | Task::Benchmark(_) => (None, &mut [][..]),
+            Task::Waypoints(_) | Task::Path(_) | Task::Program(_) | Task::Benchmark(_) => {
+                (None, &mut [][..])
+            }
         };
         let several = several.iter_mut().filter_map(|problem| problem.robot.as_mut());
         self.robot.iter_mut().chain(one).chain(several)
@@ -403,7 +408,7 @@ impl PlanRequest {
 /// whether such a one needs it, only its meaning tells.
 fn needs_robot(request: &Value) -> bool {
     let task = request.pointer("/task/type").and_then(Value::as_str);
-    !matches!(task, Some("family" | "comparison" | "benchmark"))
+    !matches!(task, Some("path" | "family" | "comparison" | "benchmark"))
 }
 
 impl RobotRef {
@@ -425,8 +430,9 @@ impl RobotRef {
 impl Task {
     /// Reads the task that stands at `pointer`.
     pub fn parse(mut value: Value, pointer: &str, faults: &mut Faults) -> Option<Self> {
-        match take_type(&mut value, pointer, faults)?.as_str() {
+        match take_type(&mut value, pointer, "a task", faults)?.as_str() {
             "waypoints" => read(value, pointer, faults).map(Self::Waypoints),
+            "path" => PathTask::parse(value, pointer, faults).map(Self::Path),
             "program" => ProgramTask::parse(value, pointer, faults).map(Self::Program),
             "family" => FamilyTask::parse(value, pointer, faults).map(Self::Family),
             "comparison" => ComparisonTask::parse(value, pointer, faults).map(Self::Comparison),
@@ -446,6 +452,7 @@ impl Task {
     pub fn name(&self) -> &'static str {
         match self {
             Self::Waypoints(_) => "waypoints",
+            Self::Path(_) => "path",
             Self::Program(_) => "program",
             Self::Family(_) => "family",
             Self::Comparison(_) => "comparison",
@@ -454,16 +461,21 @@ impl Task {
     }
 }
 
-/// Takes the member `type` out of a task object.
-fn take_type(value: &mut Value, pointer: &str, faults: &mut Faults) -> Option<String> {
+/// Takes the member `type` out of an object.
+pub(super) fn take_type(
+    value: &mut Value,
+    pointer: &str,
+    what: &str,
+    faults: &mut Faults,
+) -> Option<String> {
     let Value::Object(members) = value else {
-        faults.add(pointer, "expected a task object");
+        faults.add(pointer, format!("expected {what} object"));
         return None;
     };
     match members.shift_remove("type") {
         Some(Value::String(name)) => Some(name),
         Some(_) => {
-            faults.add(format!("{pointer}/type"), "expected the task's name as a string");
+            faults.add(format!("{pointer}/type"), "expected a name as a string");
             None
         }
         None => {

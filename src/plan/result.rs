@@ -5,6 +5,7 @@ use utoipa::ToSchema;
 
 use super::family::FamilyResult;
 use super::pareto::ParetoFront;
+use super::path::PathResult;
 use super::study::ComparisonResult;
 use crate::budget::StopReason;
 use crate::optimize::ConvergencePoint;
@@ -19,6 +20,8 @@ pub enum PlanResult {
     Program(ProgramResult),
     /// Of a task with one trajectory.
     Trajectory(Box<TrajectoryResult>),
+    /// Of a path: its corners and how it was found.
+    Path(Box<PathResult>),
     /// Of a family: a row per member and the plan of the slowest.
     Family(FamilyResult),
     /// Of a comparison or a benchmark: a result per problem and method.

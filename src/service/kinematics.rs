@@ -6,8 +6,7 @@ use utoipa::ToSchema;
 
 use super::{ErrorCode, Service, ServiceError, blocking};
 use crate::fault::{Faults, read};
-use crate::geometry::check_pose;
-use crate::geometry::{Pose, Transform};
+use crate::geometry::{Pose, Transform, check_pose};
 use crate::robot::inverse::{InverseKinematics, Miss, PoseError, Solutions};
 use crate::robot::{Jacobian, LinkFrames, Robot};
 
