@@ -119,6 +119,7 @@ fn described_routes() -> OpenApiRouter<Edge> {
         .routes(routes!(robots::get, robots::put, robots::delete))
         .routes(routes!(robots::forward_kinematics))
         .routes(routes!(registry::optimizers))
+        .routes(routes!(registry::planners))
         .routes(routes!(registry::interpolations))
         .routes(routes!(registry::scenarios))
         .routes(routes!(registry::scenario))
