@@ -6,7 +6,9 @@ use serde_json::{Value, json};
 
 use crate::optimize::{OPTIMIZERS, OptimizerEntry, OptimizerInfo, ParameterInfo};
 use crate::plan::cell::{Choice, Parameter, Values};
+use crate::plan::path::{SMOOTHINGS, SmoothingEntry, SmoothingInfo};
 use crate::plan::scenarios::{self, Scenario};
+use crate::planner::{PLANNERS, PlannerEntry, PlannerInfo};
 use crate::robot::{Robot, catalogue};
 use crate::trajectory::interpolation::{INTERPOLATIONS, Interpolation, InterpolationInfo};
 
@@ -131,13 +133,16 @@ pub(super) struct MethodOptions {
     json: bool,
 }
 
-/// Lists interpolations and optimizers.
+/// Lists interpolations, optimizers, planners and smoothings.
 pub(super) fn methods(options: MethodOptions) -> Result<(), Failure> {
     let interpolations: Vec<InterpolationInfo> =
         INTERPOLATIONS.iter().map(Interpolation::info).collect();
     let optimizers: Vec<OptimizerInfo> = OPTIMIZERS.iter().map(OptimizerEntry::info).collect();
+    let planners: Vec<PlannerInfo> = PLANNERS.iter().map(PlannerEntry::info).collect();
+    let smoothings: Vec<SmoothingInfo> = SMOOTHINGS.iter().map(SmoothingEntry::info).collect();
     if options.json {
-        let all = json!({"interpolations": interpolations, "optimizers": optimizers});
+        let all = json!({"interpolations": interpolations, "optimizers": optimizers,
+            "planners": planners, "smoothings": smoothings});
         return output::print(&output::pretty(&all)?);
     }
     let mut text = String::from("Interpolations\n");
@@ -150,6 +155,16 @@ pub(super) fn methods(options: MethodOptions) -> Result<(), Failure> {
         for parameter in &entry.parameters {
             text.push_str(&parameter_line(parameter));
         }
+    }
+    text.push_str("\nPlanners\n");
+    for entry in &planners {
+        text.push_str(&method(entry.name, entry.title, entry.description, entry.source));
+        entry.parameters.iter().for_each(|it| text.push_str(&parameter_line(it)));
+    }
+    text.push_str("\nSmoothings\n");
+    for entry in &smoothings {
+        text.push_str(&method(entry.name, entry.title, entry.description, entry.source));
+        entry.parameters.iter().for_each(|it| text.push_str(&parameter_line(it)));
     }
     output::print(&text)
 }

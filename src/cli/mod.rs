@@ -61,7 +61,7 @@ enum Command {
     Robots(catalogue::RobotOptions),
     /// List the built-in requests, or print one as JSON
     Scenarios(catalogue::ScenarioOptions),
-    /// List interpolations and optimizers with their parameters
+    /// List interpolations, optimizers and planners with their parameters
     Methods(catalogue::MethodOptions),
     /// Run the experiments of published papers again and report
     Reproduce(reproduce::Options),

@@ -55,7 +55,7 @@ pub(super) async fn plan(options: PlanOptions) -> Result<(), Failure> {
         let why = format!("--page shows a family, comparison or benchmark, not a {title} task");
         return Err(Failure::input(why));
     }
-    if options.timeline.is_some() && matches!(title.as_str(), "comparison" | "benchmark") {
+    if options.timeline.is_some() && matches!(title.as_str(), "path" | "comparison" | "benchmark") {
         let why = format!("--timeline shows a motion, and a {title} task has none");
         return Err(Failure::input(why));
     }
@@ -145,6 +145,7 @@ fn summary(result: &PlanResult) -> String {
             });
             format!("{}together {:.4} s\n", legs.collect::<String>(), program.duration)
         }
+        PlanResult::Path(path) => format!("{}\n", path.verdict()),
         PlanResult::Family(family) => family::summary(family),
         PlanResult::Comparison(comparison) => comparison::summary(comparison),
     }
@@ -231,7 +232,7 @@ fn verify_requests(document: Value) -> Vec<Value> {
             program.legs.iter().map(|leg| verify_request(&leg.result)).collect()
         }
         Ok(PlanResult::Family(family)) => vec![verify_request(&family.worst_case)],
-        Ok(PlanResult::Comparison(_)) | Err(_) => vec![document],
+        Ok(PlanResult::Path(_) | PlanResult::Comparison(_)) | Err(_) => vec![document],
     }
 }
 

@@ -13,7 +13,8 @@ use super::convert::{Place, read};
 use super::proto::plan_result::Kind;
 use super::proto::result_chunk::Part;
 use super::proto::{
-    LegResult, PlanResult, ProgramResult, ResultChunk, Trajectory, TrajectoryResult,
+    LegResult, PathResult, PlanResult, ProgramResult, ResultChunk, Space, Trajectory,
+    TrajectoryResult,
 };
 use crate::fault::Faults;
 use crate::plan;
@@ -46,6 +47,9 @@ pub fn split(result: PlanResult) -> Vec<ResultChunk> {
             send(Part::Family(family));
             members.into_iter().for_each(|member| send(Part::Member(member)));
             split_trajectory(worst_case).into_iter().for_each(|part| send(Part::Trajectory(part)));
+        }
+        Some(Kind::Path(path)) => {
+            split_path(path).into_iter().for_each(|part| send(Part::Path(part)))
         }
         // A problem is bounded: methods and points of their curves are.
         Some(Kind::Comparison(mut comparison)) => {
@@ -80,6 +84,8 @@ fn append(joined: &mut Option<Kind>, chunk: ResultChunk) -> Result<(), String> {
         (Part::Program(program), joined @ None) => *joined = Some(Kind::Program(program)),
         (Part::Trajectory(result), joined @ None) => *joined = Some(Kind::Trajectory(result)),
         (Part::Comparison(result), joined @ None) => *joined = Some(Kind::Comparison(result)),
+        (Part::Path(result), joined @ None) => *joined = Some(Kind::Path(result)),
+        (Part::Path(more), Some(Kind::Path(path))) => merge(path, &more)?,
         (Part::Family(result), joined @ None) => *joined = Some(Kind::Family(result)),
         (Part::Member(member), Some(Kind::Family(family))) => family.members.push(member),
         (Part::Trajectory(more), Some(Kind::Family(family))) => {
@@ -92,8 +98,8 @@ fn append(joined: &mut Option<Kind>, chunk: ResultChunk) -> Result<(), String> {
             let leg = legs.last_mut().ok_or("a trajectory before its leg")?;
             merge(leg.result.get_or_insert_default(), &more)?;
         }
-        (Part::Trajectory(_), Some(Kind::Comparison(_)))
-        | (Part::Program(_) | Part::Family(_) | Part::Comparison(_), Some(_)) => {
+        (Part::Trajectory(_), Some(Kind::Comparison(_) | Kind::Path(_)))
+        | (Part::Program(_) | Part::Path(_) | Part::Family(_) | Part::Comparison(_), Some(_)) => {
             return Err("a second result".to_owned());
         }
         (Part::Problem(_), _) => return Err("a problem without its comparison".to_owned()),
@@ -103,8 +109,37 @@ fn append(joined: &mut Option<Kind>, chunk: ResultChunk) -> Result<(), String> {
     Ok(())
 }
 
-fn merge(result: &mut TrajectoryResult, more: &TrajectoryResult) -> Result<(), String> {
+fn merge<M: Message>(result: &mut M, more: &M) -> Result<(), String> {
     result.merge(more.encode_to_vec().as_slice()).map_err(|error| error.to_string())
+}
+
+/// The first part holds everything but lists without a narrow bound, the others
+/// pieces of those.
+fn split_path(mut path: PathResult) -> Vec<PathResult> {
+    let obstacles = path.space.as_mut().map(|space| mem::take(&mut space.obstacles));
+    let lists = [&mut path.path, &mut path.smoothed_path].map(mem::take);
+    let (curve, edges) = (mem::take(&mut path.curve), mem::take(&mut path.tree_edges));
+    let mut parts = vec![path];
+    parts.extend(pieces(obstacles.unwrap_or_default(), |obstacles| PathResult {
+        space: Some(Space { obstacles, ..<_>::default() }),
+        ..<_>::default()
+    }));
+    let [path, smoothed_path] = lists;
+    parts.extend(pieces(path, |path| PathResult { path, ..<_>::default() }));
+    parts.extend(pieces(smoothed_path, |smoothed_path| PathResult {
+        smoothed_path,
+        ..<_>::default()
+    }));
+    parts.extend(pieces(curve, |curve| PathResult { curve, ..<_>::default() }));
+    parts.extend(pieces(edges, |tree_edges| PathResult { tree_edges, ..<_>::default() }));
+    parts
+}
+
+/// A list in parts of few enough elements: each has 12 coordinates, six times at
+/// most.
+fn pieces<T: Clone>(list: Vec<T>, part: impl Fn(Vec<T>) -> PathResult) -> Vec<PathResult> {
+    const ELEMENTS: usize = 1 << 10;
+    list.chunks(ELEMENTS).map(|piece| part(piece.to_vec())).collect()
 }
 
 /// Chunks under construction.

@@ -90,6 +90,26 @@ pub(super) fn comparison_job() -> Value {
     })
 }
 
+/// A way for a point around two obstacles; no robot is needed.
+pub(super) fn path_job() -> Value {
+    json!({
+        "task": {
+            "type": "path",
+            "space": {
+                "lower": [0, 0],
+                "upper": [100, 100],
+                "obstacles": [
+                    { "type": "ball", "center": [50, 50], "radius": 20 },
+                    { "type": "box", "lower": [70, 20], "upper": [80, 60] },
+                ],
+            },
+            "start": [10, 50],
+            "goal": [90, 50],
+            "smoothing": { "name": "bezier" },
+        },
+    })
+}
+
 /// Two methods compared on functions with known optima; no robot is needed.
 pub(super) fn benchmark_job() -> Value {
     json!({

@@ -39,6 +39,7 @@ const LONGEST_WAIT_S: u64 = 60;
         ("program" = (summary = "Several motions in order", value = json!(examples::program_job()))),
         ("family" = (summary = "One motion with less and less acceleration", value = json!(examples::family_job()))),
         ("comparison" = (summary = "Methods compared on a motion", value = json!(examples::comparison_job()))),
+        ("path" = (summary = "A way around obstacles", value = json!(examples::path_job()))),
         ("benchmark" = (summary = "Methods compared on functions", value = json!(examples::benchmark_job()))),
     )),
     params(

@@ -120,6 +120,7 @@ fn described_routes() -> OpenApiRouter<Edge> {
         .routes(routes!(robots::forward_kinematics))
         .routes(routes!(robots::inverse_kinematics))
         .routes(routes!(registry::optimizers))
+        .routes(routes!(registry::planners))
         .routes(routes!(registry::interpolations))
         .routes(routes!(registry::scenarios))
         .routes(routes!(registry::scenario))

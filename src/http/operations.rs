@@ -78,7 +78,7 @@ pub(super) async fn problem(NamePath(code): NamePath) -> Result<Html<String>, Pr
 
 /// Links for whoever looks in with a browser.
 pub(super) async fn index() -> Html<String> {
-    const LINKS: [(&str, &str); 9] = [
+    const LINKS: [(&str, &str); 10] = [
         ("/docs", "try the interface in the browser"),
         ("/openapi.json", "its description for programs"),
         ("/v1/scenarios", "requests that are ready to be sent"),
@@ -86,6 +86,7 @@ pub(super) async fn index() -> Html<String> {
         ("/v1/robots", "robots, built in and registered"),
         ("/v1/interpolations", "how curves run through waypoints"),
         ("/v1/optimizers", "how durations are searched"),
+        ("/v1/planners", "how ways around obstacles are found"),
         ("/readyz", "whether jobs are accepted"),
         ("/metrics", "figures for Prometheus"),
     ];

@@ -12,8 +12,10 @@ use super::input::{JsonBody, NamePath, NoParameters, Parameters};
 use super::problem::{Problem, ProblemFault, Problems};
 use crate::fault::Fault;
 use crate::optimize::OptimizerInfo;
+use crate::plan::path::SmoothingInfo;
 use crate::plan::scenarios::Scenario;
 use crate::plan::verify::VerifyRequest;
+use crate::planner::PlannerInfo;
 use crate::trajectory::Certificate;
 use crate::trajectory::interpolation::InterpolationInfo;
 
@@ -22,6 +24,15 @@ use crate::trajectory::interpolation::InterpolationInfo;
 pub(super) struct OptimizerList {
     /// With their parameters, defaults and sources.
     optimizers: Vec<OptimizerInfo>,
+}
+
+/// All planners.
+#[derive(Serialize, ToSchema)]
+pub(super) struct PlannerList {
+    /// With their parameters, defaults and sources; `auto` stands for one of them.
+    planners: Vec<PlannerInfo>,
+    /// What makes a path smoother.
+    smoothings: Vec<SmoothingInfo>,
 }
 
 /// All interpolations.
@@ -45,6 +56,16 @@ pub(super) struct ScenarioList {
 )]
 pub(super) async fn optimizers(State(edge): State<Edge>, _: NoParameters) -> Json<OptimizerList> {
     Json(OptimizerList { optimizers: edge.service.optimizers() })
+}
+
+/// List the planners
+#[utoipa::path(
+    get, path = "/v1/planners", tag = "methods",
+    responses((status = 200, description = "All planners", body = PlannerList), Problems),
+)]
+pub(super) async fn planners(State(edge): State<Edge>, _: NoParameters) -> Json<PlannerList> {
+    let (planners, smoothings) = (edge.service.planners(), edge.service.smoothings());
+    Json(PlannerList { planners, smoothings })
 }
 
 /// List the interpolations

@@ -11,8 +11,9 @@ use super::jobs::json_text;
 use super::problem::{Problem, ProblemFault, Problems};
 use super::{Edge, comparisons};
 use crate::job::JobId;
+use crate::optimize::ConvergencePoint;
 use crate::picture::{self, Curve, Section};
-use crate::plan::{ComparisonResult, PlanMetrics, PlanResult, TrajectoryResult};
+use crate::plan::{ComparisonResult, PathResult, PlanMetrics, PlanResult, TrajectoryResult};
 use crate::service::{ServiceError, blocking};
 use crate::trajectory::{
     BindingTimeline, Certificate, JointTrajectory, Quantity, Samples, Timeline, Trajectory,
@@ -29,6 +30,10 @@ impl<'a> Parts<'a> {
     /// What `leg` names in `result`; everything without a name. Of a family that is
     /// the worst case.
     fn of(result: &'a PlanResult, leg: Option<&str>) -> Result<Self, Problem> {
+        if matches!(result, PlanResult::Path(_)) {
+            let detail = "a path has no trajectory; see /result, /plot.svg and /convergence";
+            return Err(Problem::not_found(detail));
+        }
         if matches!(result, PlanResult::Comparison(_)) {
             let detail = "a comparison or benchmark has no trajectory; see /result, /metrics, \
                           /convergence and /page";
@@ -394,13 +399,19 @@ pub(super) async fn convergence(
         if let PlanResult::Comparison(comparison) = result {
             return compared_convergence(id, comparison, format, leg.as_deref());
         }
+        if let PlanResult::Path(path) = result {
+            return path_convergence(id, path, format, leg.as_deref());
+        }
         let parts = Parts::of(result, leg.as_deref())?;
         match format {
             ConvergenceFormat::Json => {
                 parts.json(|part| Convergence { convergence: part.convergence.clone() })
             }
             ConvergenceFormat::Csv => {
-                let text = convergence_csv(&parts.sections);
+                let legs = parts.sections.iter().map(|section| {
+                    (section.name.unwrap_or_default(), &section.result.convergence[..])
+                });
+                let text = convergence_csv(legs);
                 Ok(csv(&format!("takt-{id}-convergence.csv"), text))
             }
             ConvergenceFormat::Svg => {
@@ -410,6 +421,30 @@ pub(super) async fn convergence(
         }
     })
     .await
+}
+
+fn path_convergence(
+    id: JobId,
+    path: &PathResult,
+    format: ConvergenceFormat,
+    leg: Option<&str>,
+) -> Result<Response, Problem> {
+    refuse_leg(leg)?;
+    match format {
+        ConvergenceFormat::Json => json(&Convergence { convergence: path.convergence.clone() }),
+        ConvergenceFormat::Csv => {
+            let text = convergence_csv([("", &path.convergence[..])]);
+            Ok(csv(&format!("takt-{id}-convergence.csv"), text))
+        }
+        ConvergenceFormat::Svg => Ok(svg(picture::convergence(&[Curve::of_path(path)]))),
+    }
+}
+
+/// A path has no legs.
+fn refuse_leg(leg: Option<&str>) -> Result<(), Problem> {
+    let unknown =
+        |leg| Problem::not_found(format!("there is no leg `{leg}`; the job is no program"));
+    leg.map_or(Ok(()), |leg| Err(unknown(leg)))
 }
 
 fn compared_convergence(
@@ -428,13 +463,15 @@ fn compared_convergence(
     }
 }
 
-fn convergence_csv(sections: &[Section<'_>]) -> String {
+fn convergence_csv<'a>(
+    legs: impl IntoIterator<Item = (&'a str, &'a [ConvergencePoint])>,
+) -> String {
     let mut text = String::from("leg,iteration,evaluations,elapsed_s,best,mean\r\n");
     let number = |value: Option<f64>| value.map(|value| value.to_string()).unwrap_or_default();
-    for section in sections {
+    for (leg, convergence) in legs {
         // RFC 4180: a quote within quotes is doubled.
-        let leg = section.name.unwrap_or_default().replace('"', "\"\"");
-        for point in &section.result.convergence {
+        let leg = leg.replace('"', "\"\"");
+        for point in convergence {
             let (best, mean) = (number(point.best), number(point.mean));
             text.push_str(&format!(
                 "\"{leg}\",{},{},{},{best},{mean}\r\n",
@@ -447,7 +484,7 @@ fn convergence_csv(sections: &[Section<'_>]) -> String {
 
 /// Draw the motion
 ///
-/// All joints over time with their limits as lines.
+/// All joints over time with their limits as lines; of a path its first two coordinates, among obstacles.
 #[utoipa::path(
     get, path = "/v1/jobs/{id}/plot.svg", tag = "results",
     params(
@@ -467,6 +504,10 @@ pub(super) async fn plot(
     let leg = query.text("leg");
     let leg = query.finish(leg)?;
     from_result(&edge, id, move |result| {
+        if let PlanResult::Path(path) = result {
+            refuse_leg(leg.as_deref())?;
+            return Ok(svg(picture::path(path)));
+        }
         let parts = Parts::of(result, leg.as_deref())?;
         Ok(svg(picture::plot(&parts.sections, &quantities)))
     })

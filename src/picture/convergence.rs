@@ -1,7 +1,7 @@
 //! The search's convergence: best and mean duration over evaluations.
 
 use crate::optimize::ConvergencePoint;
-use crate::plan::PlanResult;
+use crate::plan::{PathResult, PlanResult};
 
 use super::canvas::{Align, TextLook, draw};
 use super::chart::{Chart, Entry, Frame, Legend, Stroke};
@@ -23,8 +23,19 @@ pub struct Curve<'a> {
     pub points: &'a [ConvergencePoint],
     /// A value to compare with and what it is, such as `optimum`; s.
     pub reference: Option<(&'a str, f64)>,
-    /// True if values are weighted sums, not durations.
-    pub weighted: bool,
+    /// What the values are.
+    pub fitness: Fitness,
+}
+
+/// What a search makes small.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fitness {
+    /// A duration, s.
+    Duration,
+    /// A weighted sum.
+    Objective,
+    /// A length, in the units of its space.
+    Length,
 }
 
 impl<'a> Curve<'a> {
@@ -43,7 +54,15 @@ impl<'a> Curve<'a> {
         let weighted = result.metrics.reference.is_some();
         let bound = result.bound.as_ref().filter(|_| !alone && !weighted);
         let reference = bound.map(|bound| ("lower bound", bound.lower));
-        Self { name, points: &result.convergence, reference, weighted }
+        let fitness = if weighted { Fitness::Objective } else { Fitness::Duration };
+        Self { name, points: &result.convergence, reference, fitness }
+    }
+
+    /// The search behind a path.
+    pub fn of_path(result: &'a PathResult) -> Self {
+        let reference = Some(("straight line", result.straight_length));
+        let name = result.planner.clone();
+        Self { name, points: &result.convergence, reference, fitness: Fitness::Length }
     }
 
     /// The searches that follow each other: where each joint is planned alone,
@@ -90,13 +109,23 @@ pub fn convergence(curves: &[Curve<'_>]) -> String {
             x: Scale::new(x_range, 0.0, frame.left, frame.right),
             y: Scale::new(y_range, 0.05, frame.bottom, frame.top),
         };
-        let weighted = curves.iter().any(|curve| curve.weighted);
-        chart.draw_axes(if weighted { "objective" } else { "duration [s]" });
-        chart.label_x("evaluations");
+        let (title, evaluations) = match fitness(curves) {
+            Fitness::Duration => ("duration [s]", "evaluations"),
+            Fitness::Objective => ("objective", "evaluations"),
+            Fitness::Length => ("length", "motions checked"),
+        };
+        chart.draw_axes(title);
+        chart.label_x(evaluations);
         draw_means(&chart, curves);
         draw_references(&chart, curves);
         draw_bests(&chart, curves);
     })
+}
+
+/// What the values are; of several kinds that which is no duration.
+fn fitness(curves: &[Curve<'_>]) -> Fitness {
+    let mut kinds = curves.iter().map(|curve| curve.fitness);
+    kinds.find(|kind| *kind != Fitness::Duration).unwrap_or(Fitness::Duration)
 }
 
 fn subtitle(curves: &[Curve<'_>]) -> String {
@@ -105,7 +134,7 @@ fn subtitle(curves: &[Curve<'_>]) -> String {
     if curves.iter().any(|curve| curve.runs().nth(1).is_some()) {
         return format!("each joint alone, one after the other: {evaluations} evaluations");
     }
-    let unit = if curves.iter().any(|curve| curve.weighted) { "" } else { " s" };
+    let unit = if fitness(curves) == Fitness::Duration { " s" } else { "" };
     match curves.iter().any(|curve| curve.best().next().is_some()) {
         true if curves.len() > 1 => {
             format!("best together {}{unit} after {evaluations} evaluations", figure(best))

@@ -50,8 +50,8 @@ impl<'a> Section<'a> {
                 let (name, result) = (Some(family.slowest.as_str()), &*family.worst_case);
                 vec![Self { name, start: 0.0, result }]
             }
-            // What it compares are durations, not motions.
-            PlanResult::Comparison(_) => Vec::new(),
+            // Neither a path nor durations that are compared are motions.
+            PlanResult::Path(_) | PlanResult::Comparison(_) => Vec::new(),
         }
     }
 

@@ -4,10 +4,10 @@
 use serde_json::json;
 
 use crate::optimize::ConvergencePoint;
-use crate::plan::{ComparisonResult, PlanResult, TrajectoryResult};
+use crate::plan::{ComparisonResult, PathResult, PlanResult, TrajectoryResult};
 use crate::trajectory::Quantity;
 
-use super::{Curve, Section, bands, convergence, gaps, page, pareto, plot};
+use super::{Curve, Fitness, Section, bands, convergence, gaps, page, pareto, path, plot};
 
 /// A motion of `dof` joints in two quintic-like pieces, every second one
 /// prismatic, with values around `size` and pieces of `length` seconds.
@@ -232,7 +232,7 @@ fn convergence_shows_best_mean_and_reference() {
         name: name.into(),
         points: &points,
         reference: Some(("optimum", 7.0255)),
-        weighted: false,
+        fitness: Fitness::Duration,
     };
     let svg = convergence(&[curve("AB")]);
     assert_well_formed(&svg);
@@ -247,7 +247,7 @@ fn convergence_shows_best_mean_and_reference() {
         assert!(svg.contains(text), "{text}");
     }
     assert_eq!(svg.matches("<polygon").count(), 2, "the optimum and its legend");
-    let weighted = convergence(&[Curve { weighted: true, ..curve("AB") }]);
+    let weighted = convergence(&[Curve { fitness: Fitness::Objective, ..curve("AB") }]);
     assert!(!weighted.contains("duration [s]") && weighted.contains("best 7.5 after 150"));
     let two = convergence(&[curve("AB"), curve("BC")]);
     assert!(two.contains("best together 15 s after 300 evaluations"));
@@ -298,7 +298,7 @@ fn convergence_survives_any_values() {
                     name: "x".into(),
                     points: &points,
                     reference: best.map(|b| ("optimum", b)),
-                    weighted: false,
+                    fitness: Fitness::Duration,
                 };
                 assert_well_formed(&convergence(&[curve.clone(), curve]));
             }
@@ -480,4 +480,50 @@ fn a_page_tells_the_optimum_and_the_deterministic_apart_and_sets_code() {
     let mut beaten = compared(Some(5.0), 5.05, 1);
     beaten.problems[0].optimum.as_mut().unwrap().value = 5.2;
     assert!(page::comparison(&beaten).contains("&lt; 0.001 % \u{2605}"));
+}
+
+fn path_result(dimension: usize, size: f64) -> PathResult {
+    let point = |share: f64| vec![share * size; dimension];
+    let value = json!({
+        "path": [point(0.1), point(0.4), point(0.9)], "smoothed_path": [point(0.1), point(0.9)],
+        "length": size, "smoothed_length": 0.9 * size, "straight_length": 0.8 * size,
+        "clearance": 0.1, "nodes": 4, "iterations": 5, "evaluations": 6,
+        "convergence": [
+            {"iteration": 1, "evaluations": 2, "elapsed_s": 0.0, "best": size, "mean": null}],
+        "planner": "rrt_star", "smoothing": "shortcut", "stop_reason": "solved",
+        "space": {"lower": point(0.0), "upper": point(1.0), "obstacles": [
+            {"type": "ball", "center": point(0.5), "radius": 0.2 * size},
+            {"type": "box", "lower": point(-0.7), "upper": point(0.2)}]},
+        "tree_edges": [{"from": point(0.1), "to": point(0.4)}],
+        "planning_s": 0.0, "seed": 0, "version": "",
+    });
+    serde_json::from_value(value).unwrap()
+}
+
+#[test]
+fn a_path_shows_map_tree_and_both_forms() {
+    let svg = path(&path_result(3, 100.0));
+    for text in ["trees", "path as planned", "smoothed", "goal", "rrt_star: length 100", "2 of 3"] {
+        assert!(svg.contains(text), "{text}");
+    }
+    // A ball, a box, an edge and two paths beside grid and legend.
+    assert!(svg.matches("<polygon").count() >= 2);
+    let mut plain = path_result(2, 100.0);
+    (plain.smoothed_path, plain.smoothed_length) = (None, None);
+    plain.tree_edges.clear();
+    let svg = path(&plain);
+    assert!(!svg.contains("smoothed") && !svg.contains("trees") && !svg.contains("coordinates"));
+    let curve = convergence(&[Curve::of_path(&plain)]);
+    assert!(curve.contains("straight line") && curve.contains("motions checked"));
+}
+
+#[test]
+fn odd_paths_are_drawn_without_panic() {
+    for size in [0.0, 1e-300, 1e300, f64::MAX] {
+        let mut odd = path_result(2, size);
+        assert!(path(&odd).ends_with("</svg>\n") || path(&odd).contains("</svg>"));
+        odd.path.clear();
+        odd.space.upper.clear();
+        assert!(path(&odd).contains("</svg>"));
+    }
 }

@@ -32,11 +32,11 @@ pub use family::{
     MemberResult, MostBinding, SweepAxis,
 };
 pub use objectives::{ObjectiveWeights, ParetoMethod, ParetoRequest};
+pub use pareto::{ParetoAxis, ParetoFront, ParetoPoint};
 pub use path::{
     BallObstacle, BezierPiece, BoxObstacle, Obstacle, PathResult, PathTask, PlannerChoice,
     SmoothingChoice, Space, TreeEdge,
 };
-pub use pareto::{ParetoAxis, ParetoFront, ParetoPoint};
 pub use prepare::{MAX_LEGS, MAX_WAYPOINTS, validate};
 pub use prepared::{MembersDone, PreparedPlan, Progress};
 pub use request::*;

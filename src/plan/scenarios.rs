@@ -107,6 +107,9 @@ const FILES: &[&str] = &[
     include_str!("../../scenarios/shu-de.json"),
     include_str!("../../scenarios/wood.json"),
     include_str!("../../scenarios/wood-fastest.json"),
+    include_str!("../../scenarios/zhang-box.json"),
+    include_str!("../../scenarios/zhang-plane-1.json"),
+    include_str!("../../scenarios/zhang-plane-2.json"),
 ];
 
 static SCENARIOS: LazyLock<Vec<Scenario>> = LazyLock::new(|| {

@@ -35,9 +35,11 @@ use crate::job::{
     Jobs, JobsError, Metrics, NewJob, Submitted,
 };
 use crate::optimize::{OPTIMIZERS, OptimizerEntry, OptimizerInfo};
+use crate::plan::path::{SMOOTHINGS, SmoothingEntry, SmoothingInfo};
 use crate::plan::scenarios::Scenario;
 use crate::plan::verify::VerifyRequest;
 use crate::plan::{self, PlanResult, RobotRef};
+use crate::planner::{PLANNERS, PlannerEntry, PlannerInfo};
 use crate::trajectory::Certificate;
 use crate::trajectory::interpolation::{INTERPOLATIONS, Interpolation, InterpolationInfo};
 
@@ -286,6 +288,16 @@ impl Service {
     /// The optimizers on offer.
     pub fn optimizers(&self) -> Vec<OptimizerInfo> {
         OPTIMIZERS.iter().map(OptimizerEntry::info).collect()
+    }
+
+    /// The planners on offer.
+    pub fn planners(&self) -> Vec<PlannerInfo> {
+        PLANNERS.iter().map(PlannerEntry::info).collect()
+    }
+
+    /// The ways to smooth a path.
+    pub fn smoothings(&self) -> Vec<SmoothingInfo> {
+        SMOOTHINGS.iter().map(SmoothingEntry::info).collect()
     }
 
     /// The interpolations on offer.

@@ -16,12 +16,12 @@ pub struct PlanningRunner;
 /// A result in a few figures: what a job's last event carries.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct ResultSummary {
-    /// Total duration, s, of a family that of its slowest member; null where
-    /// methods were compared.
+    /// Total duration, s, of a family that of its slowest member; null of a path
+    /// and where methods were compared.
     pub duration: Option<f64>,
-    /// True if the certificate of every leg or planned member is lawful; null where methods were compared.
+    /// True if the certificate of every leg or planned member is lawful; null of a path and where methods were compared.
     pub lawful: Option<bool>,
-    /// The worst ratio of a peak to its limit; null where methods were compared.
+    /// The worst ratio of a peak to its limit; null of a path and where methods were compared.
     pub worst_ratio: Option<f64>,
     /// No lawful trajectory is shorter, s; null if not proven.
     pub lower_bound: Option<f64>,
@@ -31,7 +31,7 @@ pub struct ResultSummary {
     pub evaluations: u64,
     /// Planning time, s.
     pub planning_s: f64,
-    /// The result in words, of a family and where methods were compared.
+    /// The result in words, of a path, a family and where methods were compared.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub verdict: Option<String>,
 }
@@ -59,6 +59,16 @@ impl From<&PlanResult> for ResultSummary {
                 evaluations: program.evaluations,
                 planning_s: program.planning_s,
                 verdict: None,
+            },
+            PlanResult::Path(path) => Self {
+                duration: None,
+                lawful: None,
+                worst_ratio: None,
+                lower_bound: None,
+                legs: 1,
+                evaluations: path.evaluations,
+                planning_s: path.planning_s,
+                verdict: Some(path.verdict()),
             },
             PlanResult::Family(family) => Self {
                 duration: Some(family.worst_case.duration),
@@ -142,7 +152,11 @@ fn ended(error: PlanError) -> RunOutcome {
     match code {
         PlanCode::Cancelled => RunOutcome::Cancelled { partial },
         PlanCode::Interrupted => RunOutcome::Interrupted,
-        PlanCode::LimitsUnreachable | PlanCode::DeadlineExceeded => {
+        PlanCode::LimitsUnreachable
+        | PlanCode::NoPath
+        | PlanCode::StartInCollision
+        | PlanCode::GoalInCollision
+        | PlanCode::DeadlineExceeded => {
             RunOutcome::Failed { code: code.as_str().to_owned(), message, details, partial }
         }
     }

@@ -24,6 +24,7 @@ mod limits;
 mod moving_ends;
 mod objectives;
 mod optimizers;
+mod paths;
 mod planners;
 mod reproduce;
 mod samples;

@@ -86,6 +86,7 @@ macro_rules! message_enum {
 // The macros above hold from here on.
 mod family;
 mod job;
+mod path;
 mod request;
 mod result;
 mod robot;

@@ -78,6 +78,7 @@ impl MessageForm<proto::Task> for Task {
         use proto::task::Kind;
         let kind = match self {
             Self::Waypoints(task) => Kind::Waypoints(task.into_message()),
+            Self::Path(task) => Kind::Path(task.into_message()),
             Self::Program(task) => Kind::Program(task.into_message()),
             Self::Family(task) => Kind::Family(task.into_message()),
             Self::Comparison(task) => Kind::Comparison(task.into_message()),
@@ -93,6 +94,7 @@ impl MessageForm<proto::Task> for Task {
             Some(Kind::Waypoints(task)) => {
                 Self::Waypoints(MessageForm::from_message(task, place, faults))
             }
+            Some(Kind::Path(task)) => Self::Path(MessageForm::from_message(task, place, faults)),
             Some(Kind::Program(task)) => {
                 Self::Program(MessageForm::from_message(task, place, faults))
             }

@@ -7,7 +7,7 @@ use crate::grpc::proto;
 use crate::optimize::ConvergencePoint;
 use crate::plan::{
     Binding, ComparisonResult, FamilyResult, JointOptimum, LegResult, ParetoAxis, ParetoFront,
-    ParetoPoint, PlanMetrics, PlanResult, ProgramResult, Sensitivity, TrajectoryResult,
+    ParetoPoint, PathResult, PlanMetrics, PlanResult, ProgramResult, Sensitivity, TrajectoryResult,
 };
 use crate::trajectory::objective::Measures;
 use crate::trajectory::{
@@ -85,7 +85,7 @@ message_form!(JointOptimum { joint, durations, duration, evaluations });
 message_form!(ConvergencePoint { iteration, evaluations, elapsed_s, best, mean });
 
 message_enum!(
-    StopReason { Converged, IterationLimit, EvaluationLimit, TimeLimit, Cancelled, Interrupted },
+    StopReason { Converged, Solved, IterationLimit, EvaluationLimit, TimeLimit, Cancelled, Interrupted },
     unspecified: None
 );
 
@@ -127,6 +127,7 @@ impl MessageForm<proto::PlanResult> for PlanResult {
         let kind = match self {
             Self::Trajectory(result) => Kind::Trajectory(result.into_message()),
             Self::Program(result) => Kind::Program(result.into_message()),
+            Self::Path(result) => Kind::Path(result.into_message()),
             Self::Family(result) => Kind::Family(result.into_message()),
             Self::Comparison(result) => Kind::Comparison(result.into_message()),
         };
@@ -136,7 +137,10 @@ impl MessageForm<proto::PlanResult> for PlanResult {
     fn from_message(message: proto::PlanResult, place: Place<'_>, faults: &mut Faults) -> Self {
         use proto::plan_result::Kind;
         let kind = message.kind.unwrap_or_else(|| {
-            place.fault(faults, "expected a trajectory, a program, a family or a comparison");
+            place.fault(
+                faults,
+                "expected a trajectory, a program, a path, a family or a comparison",
+            );
             Kind::Program(proto::ProgramResult::default())
         });
         match kind {
@@ -146,6 +150,9 @@ impl MessageForm<proto::PlanResult> for PlanResult {
             }
             Kind::Program(result) => {
                 Self::Program(ProgramResult::from_message(result, place, faults))
+            }
+            Kind::Path(result) => {
+                Self::Path(Box::new(PathResult::from_message(result, place, faults)))
             }
             Kind::Family(result) => Self::Family(FamilyResult::from_message(result, place, faults)),
             Kind::Comparison(result) => {

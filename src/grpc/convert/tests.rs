@@ -170,6 +170,32 @@ fn family_result() -> Value {
     })
 }
 
+fn path_task() -> Value {
+    json!({
+        "type": "path", "space": {"lower": [0.0, 0.0], "upper": [9.0, 8.0], "obstacles": [
+            {"type": "ball", "center": [3.0, 3.5], "radius": 1.5},
+            {"type": "box", "lower": [5.0, 1.0], "upper": [6.0, 2.0]}]},
+        "start": [1.0, 2.0], "goal": [8.0, 7.0],
+        "planner": {"name": "rrt_star", "range": 0.5, "first_path": true},
+        "smoothing": {"name": "bezier", "degree": 5}, "trees": true,
+    })
+}
+
+/// With every field given.
+fn path_result() -> Value {
+    json!({
+        "path": [[1.0, 2.0], [4.0, 1.0], [8.0, 7.0]], "smoothed_path": [[1.0, 2.0], [8.0, 7.0]],
+        "curve": [{"control_points": [[1.0, 2.0], [4.0, 1.0], [8.0, 7.0]]}],
+        "length": 10.5, "smoothed_length": 9.5, "straight_length": 8.5, "clearance": 0.25,
+        "nodes": 40, "iterations": 50, "evaluations": 60,
+        "convergence": [
+            {"iteration": 3, "evaluations": 5, "elapsed_s": 0.001, "best": 10.5, "mean": null}],
+        "planner": "rrt_star", "smoothing": "bezier", "stop_reason": "solved",
+        "space": path_task()["space"], "tree_edges": [{"from": [1.0, 2.0], "to": [4.0, 1.0]}],
+        "planning_s": 0.002, "seed": 7, "version": "0.1.0",
+    })
+}
+
 fn benchmark_task() -> Value {
     json!({"type": "benchmark", "functions": ["f1", "f6"], "dimension": 5, "population": 20,
         "iterations": 70, "runs": 4, "optimizers": [{"name": "ga", "elite": 1}], "shifted": true})
@@ -261,7 +287,7 @@ fn requests_return_as_they_went() {
     assert_returns::<proto::PlanRequest, _>(request.plan);
     let named = json!({"robot": "ur5e", "task": waypoints_task()});
     assert_returns::<proto::PlanRequest, _>(PlanRequest::parse(named).unwrap());
-    for task in [comparison_task(), benchmark_task(), family_task(), sweep_task()] {
+    for task in [comparison_task(), benchmark_task(), family_task(), sweep_task(), path_task()] {
         let request = PlanRequest::parse(json!({ "task": task })).unwrap();
         assert_returns::<proto::PlanRequest, _>(request);
     }
@@ -283,7 +309,9 @@ fn requests_return_as_they_went() {
 
 #[test]
 fn results_jobs_and_events_return_as_they_went() {
-    for result in [trajectory_result(), program_result(), comparison_result(), family_result()] {
+    for result in
+        [trajectory_result(), program_result(), comparison_result(), family_result(), path_result()]
+    {
         let result: PlanResult = parsed(result);
         assert_returns::<proto::PlanResult, _>(result.clone());
         assert_eq!(chunks::join(chunks::split(result.clone().into_message())), Ok(result));

@@ -21,7 +21,7 @@ pub fn of(result: &PlanResult) -> Option<String> {
     match result {
         PlanResult::Family(result) => Some(family(result)),
         PlanResult::Comparison(result) => Some(comparison(result)),
-        PlanResult::Trajectory(_) | PlanResult::Program(_) => None,
+        PlanResult::Trajectory(_) | PlanResult::Program(_) | PlanResult::Path(_) => None,
     }
 }
 

@@ -43,8 +43,8 @@ impl PointSpace {
         let (mut balls, mut boxes) = (Vec::new(), Vec::new());
         for obstacle in &space.obstacles {
             match obstacle {
-                Obstacle::Ball { center, radius } => {
-                    balls.push((center, radius * (1.0 + 4e-15) + margin))
+                Obstacle::Ball(ball) => {
+                    balls.push((&ball.center, ball.radius * (1.0 + 4e-15) + margin));
                 }
                 Obstacle::Box(block) => boxes.push((&block.lower, &block.upper)),
             }
