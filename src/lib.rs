@@ -13,7 +13,9 @@ pub mod geometry;
 pub mod optimize;
 
 pub mod robot;
+pub mod scene;
 
+pub mod collision;
 pub mod trajectory;
 
 pub mod plan;
