@@ -14,7 +14,9 @@ pub mod optimize;
 pub mod planner;
 
 pub mod robot;
+pub mod scene;
 
+pub mod collision;
 pub mod trajectory;
 
 pub mod plan;

@@ -59,7 +59,8 @@ impl Chain {
         let mut rest = Transform::IDENTITY;
         for (index, link) in kinematics.chain().enumerate() {
             let limits = &robot.joints()[link.joint].limits;
-            let most = [limits.lower, limits.upper].map(|limit| limit.map_or(UNLIMITED_TRAVEL_M, f64::abs));
+            let most = [limits.lower, limits.upper]
+                .map(|limit| limit.map_or(UNLIMITED_TRAVEL_M, f64::abs));
             screws.push(Screw {
                 constant: exact(rest * link.before * along_z(&link)),
                 turns: !link.slides,
@@ -147,7 +148,8 @@ fn along_z(link: &ChainLink) -> Transform {
 
 /// Right angles are meant exactly: the cosine of pi/2 as a number is 6e-17.
 fn exact(transform: Transform) -> Transform {
-    let right = |axis: Vector3<f64>| axis.map(|value| if value.abs() < 1e-15 { 0.0 } else { value });
+    let right =
+        |axis: Vector3<f64>| axis.map(|value| if value.abs() < 1e-15 { 0.0 } else { value });
     let Transform { x, y, z, origin } = transform;
     Transform { x: right(x), y: right(y), z: right(z), origin }
 }

@@ -217,8 +217,13 @@ impl Model {
     }
 }
 
-/// A turn within half a turn of zero; a slide as it is.
+/// The same turn, within a whole one of zero; a slide as it is.
 pub(super) fn wrapped(turns: bool, position: f64) -> f64 {
     const TURN: f64 = std::f64::consts::TAU;
-    if turns { position - TURN * (position / TURN).round() } else { position }
+    // Nearly all are there already, and rounding is slow.
+    if turns && position.abs() > TURN {
+        position - TURN * (position / TURN).round()
+    } else {
+        position
+    }
 }

@@ -81,31 +81,54 @@ pub(super) fn ball(center: Point, radius: f64) -> Solid {
     Solid { core: Core::Point, frame: Transform { origin: center, ..Transform::IDENTITY }, radius }
 }
 
+/// Sorts spheres into clusters of neighbours, and tells where each ends: halved along their longest extent until
+/// at most [`CLUSTER`] are left.
+pub(super) fn cluster<T>(spheres: &mut [T], center: &impl Fn(&T) -> Point) -> Vec<usize> {
+    if spheres.len() <= CLUSTER {
+        return vec![spheres.len()];
+    }
+    let infinite = Point::repeat(f64::INFINITY);
+    let (low, high) = spheres
+        .iter()
+        .map(center)
+        .fold((infinite, -infinite), |(low, high), p| (low.inf(&p), high.sup(&p)));
+    let axis = (high - low).imax();
+    spheres.sort_by(|a, b| center(a)[axis].total_cmp(&center(b)[axis]));
+    let half = spheres.len().div_ceil(2);
+    let (left, right) = spheres.split_at_mut(half);
+    let mut ends = cluster(left, center);
+    ends.extend(cluster(right, center).into_iter().map(|end| half + end));
+    ends
+}
+
+/// Most spheres in one cluster.
+const CLUSTER: usize = 4;
+
 /// A small sphere around all `spheres`: centre and radius.
 ///
 /// Moves from the mean towards the furthest sphere in ever smaller steps.
 /// Source: Bădoiu and Clarkson, 2003, doi:10.5555/644108.644240.
-pub(super) fn enclose(spheres: &[CoverSphere]) -> (Point, f64) {
-    let count = spheres.len().max(1) as f64;
-    let mut center = spheres.iter().map(|sphere| sphere.center).sum::<Point>() / count;
-    let distance =
-        |center: &Point, sphere: &CoverSphere| (sphere.center - center).norm() + sphere.outer;
-    let radius = |center: &Point| spheres.iter().map(|s| distance(center, s)).fold(0.0, f64::max);
-    let mut best = (center, radius(&center));
+pub(super) fn enclose(spheres: impl Iterator<Item = CoverSphere> + Clone) -> (Point, f64) {
+    let distance = |center: &Point, s: &CoverSphere| (s.center - center).norm() + s.outer;
+    let furthest = |center: &Point| {
+        let distances = spheres.clone().map(|s| (distance(center, &s), s.center));
+        distances.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_default()
+    };
+    let count = spheres.clone().count().max(1) as f64;
+    let mut center = spheres.clone().map(|sphere| sphere.center).sum::<Point>() / count;
+    let (mut radius, mut towards) = furthest(&center);
+    let mut best = (center, radius);
     for step in 1..=ENCLOSING_STEPS {
-        let furthest =
-            spheres.iter().max_by(|a, b| distance(&center, a).total_cmp(&distance(&center, b)));
-        let Some(furthest) = furthest else { break };
-        center += (furthest.center - center) / (step + 1) as f64;
-        let found = radius(&center);
-        if found < best.1 {
-            best = (center, found);
+        center += (towards - center) / (step + 1) as f64;
+        (radius, towards) = furthest(&center);
+        if radius < best.1 {
+            best = (center, radius);
         }
     }
     best
 }
 
-const ENCLOSING_STEPS: usize = 300;
+const ENCLOSING_STEPS: usize = 100;
 
 #[cfg(test)]
 mod tests {
@@ -136,7 +159,7 @@ mod tests {
         let mut random = RandomStream::new(3, 0);
         for solid in solids() {
             let spheres = cover(&solid);
-            let (center, radius) = enclose(&spheres);
+            let (center, radius) = enclose(spheres.iter().copied());
             let mut inside = 0;
             for _ in 0..20_000 {
                 let point = center + Point::from_fn(|_, _| random.uniform(-radius, radius));

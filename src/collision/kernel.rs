@@ -9,7 +9,7 @@ use pulp::WithSimd;
 
 use super::chain::Screw;
 use super::lane_obstacle::{Points, squared};
-use super::model::{Group, KernelSphere, Model, Pair};
+use super::model::{KernelSphere, Model, Pair};
 use crate::math::singles::{SINGLES, Simd, SingleMask, SingleVector, Singles, single_registers};
 
 /// A screw in single precision.
@@ -79,9 +79,11 @@ pub(super) struct Buffers {
     /// Axes x, y, z and origin of the frame before the first and after each screw.
     frames: Vec<[Singles; 12]>,
     coarse: Vec<[Singles; 3]>,
+    clusters: Vec<[Singles; 3]>,
     fine: Vec<[Singles; 3]>,
-    /// Which groups' `fine` are there.
-    ready: Vec<bool>,
+    /// Which groups' clusters, and which clusters' spheres are there.
+    groups_ready: Vec<bool>,
+    clusters_ready: Vec<bool>,
 }
 
 impl Buffers {
@@ -95,8 +97,10 @@ impl Buffers {
         Self {
             frames,
             coarse: vec![[Singles::ZERO; 3]; model.groups.len()],
+            clusters: vec![[Singles::ZERO; 3]; model.clusters.len()],
             fine: vec![[Singles::ZERO; 3]; model.spheres.len()],
-            ready: vec![false; model.groups.len()],
+            groups_ready: vec![false; model.groups.len()],
+            clusters_ready: vec![false; model.clusters.len()],
         }
     }
 }
@@ -149,7 +153,8 @@ impl<const WIDE: bool> Pass<'_, '_, WIDE> {
     fn check<S: Simd>(&mut self, simd: S, part: usize) -> Result<u32, Stop> {
         let model = self.model;
         forward(simd, part, model, &self.lanes, &mut self.buffers.frames);
-        self.buffers.ready.fill(false);
+        self.buffers.groups_ready.fill(false);
+        self.buffers.clusters_ready.fill(false);
         let mut open = 0;
         for (index, group) in model.groups.iter().enumerate() {
             let frame = load_frame(simd, &self.buffers.frames[group.screws], part);
@@ -157,20 +162,36 @@ impl<const WIDE: bool> Pass<'_, '_, WIDE> {
             store(&center, &mut self.buffers.coarse[index], part);
             let grown = self.grown(simd, part, self.widths.groups, index);
             let radius = grown + group.coarse.outer;
-            for &obstacle in &group.obstacles {
-                let solid = &model.obstacles[obstacle].lanes;
-                if solid.within(simd, &center, radius + solid.slack).any() {
-                    open |= self.group_and_obstacle(simd, part, index, obstacle)?;
+            for obstacles in group.obstacles.chunks(CHUNK) {
+                let near = bits(
+                    obstacles.len(),
+                    #[inline(always)]
+                    |place| {
+                        let solid = &model.obstacles[obstacles[place]].lanes;
+                        solid.within(simd, &center, radius + solid.slack).any()
+                    },
+                );
+                for place in ones(near) {
+                    open |= self.group_and_obstacle(simd, part, index, obstacles[place])?;
                 }
             }
         }
-        for (index, pair) in model.pairs.iter().enumerate() {
-            let first = load(simd, &self.buffers.coarse[pair.first], part);
-            let second = load(simd, &self.buffers.coarse[pair.second], part);
-            let (a, b) = (&model.groups[pair.first].coarse, &model.groups[pair.second].coarse);
-            let radius = self.grown(simd, part, self.widths.pairs, index) + (a.outer + b.outer);
-            if squared(&between(&first, &second)).at_most(radius * radius).any() {
-                open |= self.two_groups(simd, part, index, pair)?;
+        for (chunk, pairs) in model.pairs.chunks(CHUNK).enumerate() {
+            let first = chunk * CHUNK;
+            let near = bits(
+                pairs.len(),
+                #[inline(always)]
+                |place| {
+                    let pair = &pairs[place];
+                    let a = load(simd, &self.buffers.coarse[pair.first], part);
+                    let b = load(simd, &self.buffers.coarse[pair.second], part);
+                    let outer = pair.outer(model);
+                    let radius = self.grown(simd, part, self.widths.pairs, first + place) + outer;
+                    squared(&between(&a, &b)).at_most(radius * radius).any()
+                },
+            );
+            for place in ones(near) {
+                open |= self.two_groups(simd, part, first + place, &pairs[place])?;
             }
         }
         Ok(open)
@@ -195,24 +216,38 @@ impl<const WIDE: bool> Pass<'_, '_, WIDE> {
         obstacle: usize,
     ) -> Result<u32, Stop> {
         let model = self.model;
-        let group = &model.groups[index];
-        self.place_fine(simd, part, index, group);
+        self.place_clusters(simd, part, index);
         let grown = self.grown(simd, part, self.widths.groups, index);
         let solid = &model.obstacles[obstacle].lanes;
-        let slack = solid.slack;
+        let rate = if WIDE { self.widths.groups[index] } else { 0.0 };
         let mut open = 0;
-        for sphere in group.spheres.clone() {
-            let center = load(simd, &self.buffers.fine[sphere], part);
-            let KernelSphere { outer, inner, body, .. } = model.spheres[sphere];
-            let near = solid.within(simd, &center, grown + (outer + slack));
-            if near.any() {
-                let inner = inner - slack;
-                let radius = SingleVector::splat(simd, inner);
-                if solid.exact && inner > 0.0 && solid.within(simd, &center, radius).any() {
-                    return Err(Stop);
+        let all = model.groups[index].clusters.clone();
+        for first in all.clone().step_by(CHUNK) {
+            let near = bits(
+                CHUNK.min(all.end - first),
+                #[inline(always)]
+                |place| {
+                    let center = load(simd, &self.buffers.clusters[first + place], part);
+                    let outer = model.clusters[first + place].coarse.outer;
+                    solid.within(simd, &center, grown + (outer + solid.slack)).any()
+                },
+            );
+            for cluster in ones(near).map(|place| first + place) {
+                self.place_fine(simd, part, index, cluster);
+                for sphere in model.clusters[cluster].spheres.clone() {
+                    let center = load(simd, &self.buffers.fine[sphere], part);
+                    let KernelSphere { outer, inner, body, .. } = model.spheres[sphere];
+                    let near = solid.within(simd, &center, grown + (outer + solid.slack));
+                    if near.any() {
+                        let inner = inner - solid.slack;
+                        let radius = SingleVector::splat(simd, inner);
+                        if solid.exact && inner > 0.0 && solid.within(simd, &center, radius).any() {
+                            return Err(Stop);
+                        }
+                        let touch = Touch::Obstacle { body, obstacle };
+                        open = self.decide(near, part, rate, open, touch)?;
+                    }
                 }
-                let rate = if WIDE { self.widths.groups[index] } else { 0.0 };
-                open |= self.decide(near, part, rate, open, Touch::Obstacle { body, obstacle })?;
             }
         }
         Ok(open)
@@ -227,36 +262,70 @@ impl<const WIDE: bool> Pass<'_, '_, WIDE> {
         pair: &Pair,
     ) -> Result<u32, Stop> {
         let model = self.model;
-        let (first, second) = (&model.groups[pair.first], &model.groups[pair.second]);
-        self.place_fine(simd, part, pair.first, first);
-        self.place_fine(simd, part, pair.second, second);
+        self.place_clusters(simd, part, pair.first);
+        self.place_clusters(simd, part, pair.second);
         let grown = self.grown(simd, part, self.widths.pairs, index);
-        let other = load(simd, &self.buffers.coarse[pair.second], part);
         let mut open = 0;
-        for a in first.spheres.clone() {
-            let (center, sphere) = (load(simd, &self.buffers.fine[a], part), &model.spheres[a]);
-            let radius = grown + (sphere.outer + second.coarse.outer);
-            if !squared(&between(&center, &other)).at_most(radius * radius).any() {
-                continue;
-            }
-            for b in second.spheres.clone() {
-                let (away, other) =
-                    (between(&center, &load(simd, &self.buffers.fine[b], part)), &model.spheres[b]);
-                let square = squared(&away);
-                let radius = grown + (sphere.outer + other.outer);
-                let near = square.at_most(radius * radius);
-                if near.any() {
-                    // The margin is in both radii, but counts once.
-                    let inner = sphere.inner + other.inner - model.margin as f32;
-                    let least = sphere.inner.min(other.inner);
-                    let sure = SingleVector::splat(simd, inner * inner);
-                    if least > 0.0 && square.at_most(sure).any() {
-                        return Err(Stop);
-                    }
-                    let rate = if WIDE { self.widths.pairs[index] } else { 0.0 };
-                    let touch = Touch::Bodies { first: sphere.body, second: other.body };
-                    open |= self.decide(near, part, rate, open, touch)?;
+        for first in model.groups[pair.first].clusters.clone() {
+            let center = load(simd, &self.buffers.clusters[first], part);
+            let outer = model.clusters[first].coarse.outer;
+            let all = model.groups[pair.second].clusters.clone();
+            for start in all.clone().step_by(CHUNK) {
+                let near = bits(
+                    CHUNK.min(all.end - start),
+                    #[inline(always)]
+                    |place| {
+                        let other = load(simd, &self.buffers.clusters[start + place], part);
+                        let radius = grown + (outer + model.clusters[start + place].coarse.outer);
+                        squared(&between(&center, &other)).at_most(radius * radius).any()
+                    },
+                );
+                for second in ones(near).map(|place| start + place) {
+                    self.place_fine(simd, part, pair.first, first);
+                    self.place_fine(simd, part, pair.second, second);
+                    open |= self.two_clusters(simd, part, index, [first, second], grown)?;
                 }
+            }
+        }
+        Ok(open)
+    }
+
+    #[inline(always)]
+    fn two_clusters<S: Simd>(
+        &mut self,
+        simd: S,
+        part: usize,
+        index: usize,
+        [first, second]: [usize; 2],
+        grown: SingleVector<S>,
+    ) -> Result<u32, Stop> {
+        let model = self.model;
+        let rate = if WIDE { self.widths.pairs[index] } else { 0.0 };
+        let mut open = 0;
+        for a in model.clusters[first].spheres.clone() {
+            let (center, sphere) = (load(simd, &self.buffers.fine[a], part), &model.spheres[a]);
+            let all = model.clusters[second].spheres.clone();
+            let near = bits(
+                all.len(),
+                #[inline(always)]
+                |place| {
+                    let radius = grown + (sphere.outer + model.spheres[all.start + place].outer);
+                    let other = load(simd, &self.buffers.fine[all.start + place], part);
+                    squared(&between(&center, &other)).at_most(radius * radius).any()
+                },
+            );
+            for b in ones(near).map(|place| all.start + place) {
+                let other = &model.spheres[b];
+                let square = squared(&between(&center, &load(simd, &self.buffers.fine[b], part)));
+                // The margin is in both radii, but counts once.
+                let inner = sphere.inner + other.inner - model.margin as f32;
+                let sure = SingleVector::splat(simd, inner * inner);
+                if inner > 0.0 && square.at_most(sure).any() {
+                    return Err(Stop);
+                }
+                let radius = grown + (sphere.outer + other.outer);
+                let touch = Touch::Bodies { first: sphere.body, second: other.body };
+                open = self.decide(square.at_most(radius * radius), part, rate, open, touch)?;
             }
         }
         Ok(open)
@@ -290,17 +359,56 @@ impl<const WIDE: bool> Pass<'_, '_, WIDE> {
     }
 
     #[inline(always)]
-    fn place_fine<S: Simd>(&mut self, simd: S, part: usize, index: usize, group: &Group) {
-        if self.buffers.ready[index] {
+    fn place_clusters<S: Simd>(&mut self, simd: S, part: usize, index: usize) {
+        let (model, buffers) = (self.model, &mut *self.buffers);
+        if std::mem::replace(&mut buffers.groups_ready[index], true) {
             return;
         }
-        self.buffers.ready[index] = true;
-        let frame = load_frame(simd, &self.buffers.frames[group.screws], part);
-        for sphere in group.spheres.clone() {
-            let center = place(&frame, &self.model.spheres[sphere].center);
-            store(&center, &mut self.buffers.fine[sphere], part);
+        let group = &model.groups[index];
+        let frame = load_frame(simd, &buffers.frames[group.screws], part);
+        for cluster in group.clusters.clone() {
+            let center = place(&frame, &model.clusters[cluster].coarse.center);
+            store(&center, &mut buffers.clusters[cluster], part);
         }
     }
+
+    /// Places the spheres of a cluster of group `index`.
+    #[inline(always)]
+    fn place_fine<S: Simd>(&mut self, simd: S, part: usize, index: usize, cluster: usize) {
+        let (model, buffers) = (self.model, &mut *self.buffers);
+        if std::mem::replace(&mut buffers.clusters_ready[cluster], true) {
+            return;
+        }
+        let frame = load_frame(simd, &buffers.frames[model.groups[index].screws], part);
+        for sphere in model.clusters[cluster].spheres.clone() {
+            let center = place(&frame, &model.spheres[sphere].center);
+            store(&center, &mut buffers.fine[sphere], part);
+        }
+    }
+}
+
+/// So many tests run before any of their answers is looked at: branches that nobody can predict cost more than tests.
+const CHUNK: usize = 64;
+
+/// Bit i tells whether `test` holds for i, below `count`.
+#[inline(always)]
+fn bits(count: usize, mut test: impl FnMut(usize) -> bool) -> u64 {
+    let mut bits = 0;
+    for place in 0..count {
+        bits |= u64::from(test(place)) << place;
+    }
+    bits
+}
+
+/// The places of the bits that are set.
+#[inline(always)]
+fn ones(mut bits: u64) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let place = bits.trailing_zeros() as usize;
+        let some = bits != 0;
+        bits &= bits.wrapping_sub(1);
+        some.then_some(place)
+    })
 }
 
 /// Axes and origin.

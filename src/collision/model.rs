@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::ops::Range;
 
 use super::chain::{Chain, Screw};
-use super::cover::{CoverSphere, cover, enclose};
+use super::cover::{CoverSphere, ball, cluster, cover, enclose};
 use super::kernel::KernelScrew;
 use super::lane_obstacle::{LaneObstacle, UNIT_ROUNDOFF};
 use crate::fault::Faults;
@@ -23,6 +23,8 @@ pub(super) struct Group {
     pub(super) screws: usize,
     /// A sphere around all of it, in that frame.
     pub(super) coarse: KernelSphere,
+    /// Its spheres, some neighbours at a time.
+    pub(super) clusters: Range<usize>,
     pub(super) spheres: Range<usize>,
     pub(super) bodies: Range<usize>,
     /// How far its points move per unit of each screw before it, m/rad or 1.
@@ -42,6 +44,14 @@ pub(super) struct Body {
     /// In that frame.
     pub(super) solid: Solid,
     pub(super) reach: f64,
+}
+
+/// Some spheres of a group that are near each other.
+#[derive(Clone, Debug)]
+pub(super) struct Cluster {
+    /// A sphere around them.
+    pub(super) coarse: KernelSphere,
+    pub(super) spheres: Range<usize>,
 }
 
 /// A sphere in single precision, in the frame of its group.
@@ -71,12 +81,20 @@ pub(super) struct Pair {
     pub(super) second: usize,
 }
 
+impl Pair {
+    /// Where the spheres around both groups are further apart than this, nothing touches.
+    pub(super) fn outer(&self, model: &Model) -> f32 {
+        model.groups[self.first].coarse.outer + model.groups[self.second].coarse.outer
+    }
+}
+
 /// A robot in a scene; it never changes.
 #[derive(Clone, Debug)]
 pub(super) struct Model {
     pub(super) chain: Chain,
     pub(super) groups: Vec<Group>,
     pub(super) bodies: Vec<Body>,
+    pub(super) clusters: Vec<Cluster>,
     pub(super) spheres: Vec<KernelSphere>,
     pub(super) obstacles: Vec<Obstacle>,
     pub(super) pairs: Vec<Pair>,
@@ -87,14 +105,14 @@ pub(super) struct Model {
 }
 
 /// Angles and positions are off by no more than this in the kernel, rad; see [`rounding`].
-const ANGLE_ERROR: f64 = 4e-6;
+const ANGLE_ERROR: f64 = 5e-6;
 
 /// A bound on how far the kernel's position of a point is off, m, whose reach per screw is `reach` and which lies within
 /// `extent` of the origin.
 ///
-/// Angles along a motion are `base + share * travel` with `|base| <= pi` and `|travel| <= 4 pi`, so no more than 44 units of
-/// `u = 2^-24` are lost, 2.7e-6 rad; sines and cosines lose 6e-7, and turning the axes 8 units more. Together that is
-/// less than 4e-6 rad of error per screw, which moves the point by its reach. Positions of sliding joints lose less than
+/// Angles along a motion are `base + share * travel` with `|base| <= 2 pi` and `|travel| <= 4 pi`, so no more than 51 units of
+/// `u = 2^-24` are lost, 3.1e-6 rad; sines and cosines lose 6e-7, and turning the axes 8 units more. Together that is
+/// less than 5e-6 rad of error per screw, which moves the point by its reach. Positions of sliding joints lose less than
 /// eight units of their largest. Origins add up with fewer than 16 roundings per screw of numbers up to the extent.
 fn rounding(screws: &[Screw], reach: &[f64], extent: f64) -> f64 {
     let moved = screws.iter().zip(reach).map(|(screw, reach)| match screw.turns {
@@ -102,6 +120,30 @@ fn rounding(screws: &[Screw], reach: &[f64], extent: f64) -> f64 {
         false => 8.0 * UNIT_ROUNDOFF * screw.travel,
     });
     moved.sum::<f64>() + 16.0 * (reach.len() + 2) as f64 * UNIT_ROUNDOFF * extent
+}
+
+/// Makes spheres single, with what their distances may be off.
+struct Singly {
+    margin: f64,
+    off: f64,
+}
+
+impl Singly {
+    fn sphere(&self, sphere: &CoverSphere, body: usize) -> KernelSphere {
+        KernelSphere {
+            center: [sphere.center.x as f32, sphere.center.y as f32, sphere.center.z as f32],
+            outer: (sphere.outer + self.margin + self.off) as f32,
+            inner: (sphere.inner + self.margin - self.off) as f32,
+            body,
+        }
+    }
+
+    /// One around all `spheres`, within which nothing is sure.
+    fn around(&self, spheres: &[(CoverSphere, usize)]) -> KernelSphere {
+        let (center, outer) = enclose(spheres.iter().map(|(sphere, _)| *sphere));
+        let around = CoverSphere { center, outer, inner: f64::NEG_INFINITY };
+        self.sphere(&around, spheres.first().map_or(0, |(_, body)| *body))
+    }
 }
 
 /// Builds a [`Model`].
@@ -147,6 +189,7 @@ impl Model {
             chain,
             groups: Vec::new(),
             bodies: Vec::new(),
+            clusters: Vec::new(),
             spheres: Vec::new(),
             obstacles: Vec::new(),
             pairs: Vec::new(),
@@ -244,39 +287,45 @@ impl Builder<'_> {
         screws: usize,
         solids: Vec<(String, Solid)>,
     ) {
-        let (first_body, first_sphere) = (self.model.bodies.len(), self.model.spheres.len());
-        let covers: Vec<Vec<CoverSphere>> = solids.iter().map(|(_, solid)| cover(solid)).collect();
-        let all = covers.concat();
-        let radius = all.iter().map(|s| s.center.norm() + s.outer).fold(0.0, f64::max);
-        let about_axis = all.iter().map(|s| s.center.xy().norm() + s.outer).fold(0.0, f64::max);
-        let reach = self.model.chain.reach(screws, radius, about_axis);
-        let (_, room) = self.model.chain.room(screws, radius);
-        let extent = room + self.model.chain.world_from_base.origin.norm();
-        let off = rounding(&self.model.chain.screws[..screws], &reach, extent)
-            + self.model.margin * f64::EPSILON;
-        let margin = self.model.margin;
-        let single = |sphere: &CoverSphere, body: usize| KernelSphere {
-            center: [sphere.center.x as f32, sphere.center.y as f32, sphere.center.z as f32],
-            outer: (sphere.outer + margin + off) as f32,
-            inner: (sphere.inner + margin - off) as f32,
-            body,
+        let model = &mut self.model;
+        let (first_body, first_sphere) = (model.bodies.len(), model.spheres.len());
+        let covers = solids.iter().enumerate().map(|(index, (_, solid))| {
+            cover(solid).into_iter().map(move |sphere| (sphere, first_body + index))
+        });
+        let mut all: Vec<(CoverSphere, usize)> = covers.flatten().collect();
+        let ends = cluster(&mut all, &|(sphere, _)| sphere.center);
+        let furthest = |distance: &dyn Fn(&CoverSphere) -> f64| {
+            all.iter().map(|(sphere, _)| distance(sphere)).fold(0.0, f64::max)
         };
-        for (index, ((name, solid), cover)) in solids.into_iter().zip(&covers).enumerate() {
-            let reach = solid.reach();
-            self.model
-                .spheres
-                .extend(cover.iter().map(|sphere| single(sphere, first_body + index)));
-            self.model.bodies.push(Body { name, screws, solid, reach });
+        let radius = furthest(&|sphere| sphere.center.norm() + sphere.outer);
+        let about_axis = furthest(&|sphere| sphere.center.xy().norm() + sphere.outer);
+        let reach = model.chain.reach(screws, radius, about_axis);
+        let extent = model.chain.room(screws, radius).1 + model.chain.world_from_base.origin.norm();
+        let off = rounding(&model.chain.screws[..screws], &reach, extent);
+        let single = Singly { margin: model.margin, off };
+        let first_cluster = model.clusters.len();
+        let mut start = 0;
+        for end in ends {
+            let spheres = &all[start..end];
+            model.clusters.push(Cluster {
+                coarse: single.around(spheres),
+                spheres: first_sphere + start..first_sphere + end,
+            });
+            start = end;
         }
-        let (center, outer) = enclose(&all);
-        let coarse = single(&CoverSphere { center, outer, inner: f64::NEG_INFINITY }, first_body);
-        self.model.groups.push(Group {
+        model.spheres.extend(all.iter().map(|(sphere, body)| single.sphere(sphere, *body)));
+        model.bodies.extend(solids.into_iter().map(|(name, solid)| {
+            let reach = solid.reach();
+            Body { name, screws, solid, reach }
+        }));
+        model.groups.push(Group {
             name,
             link,
             screws,
-            coarse,
-            spheres: first_sphere..self.model.spheres.len(),
-            bodies: first_body..self.model.bodies.len(),
+            coarse: single.around(&all),
+            clusters: first_cluster..model.clusters.len(),
+            spheres: first_sphere..model.spheres.len(),
+            bodies: first_body..model.bodies.len(),
             reach,
             kept_from: Vec::new(),
             obstacles: Vec::new(),
@@ -356,7 +405,7 @@ impl Builder<'_> {
         for index in 0..self.model.groups.len() {
             let part = self.part(index);
             let (center, radius) = self.model.room(&self.model.groups[index]);
-            let room = super::cover::ball(center, radius + self.model.margin + ROOM_SLACK_M);
+            let room = ball(center, radius + self.model.margin + ROOM_SLACK_M);
             let kept_from: Vec<usize> = (0..self.model.obstacles.len())
                 .filter(|&obstacle| {
                     !is_allowed(allowed, [part, Part::Obstacle(obstacle)])

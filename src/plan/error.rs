@@ -18,6 +18,10 @@ pub enum PlanCode {
     StartInCollision,
     /// The goal touches or lies in an obstacle.
     GoalInCollision,
+    /// No configuration within the limits brings the tool to a pose.
+    IkNoSolution,
+    /// No timing of a free path was proven to stay free.
+    NotFree,
     /// The job's deadline passed.
     DeadlineExceeded,
     /// Somebody cancelled.
@@ -34,6 +38,8 @@ impl PlanCode {
             Self::NoPath => "no_path",
             Self::StartInCollision => "start_in_collision",
             Self::GoalInCollision => "goal_in_collision",
+            Self::IkNoSolution => "ik_no_solution",
+            Self::NotFree => "motion_not_free",
             Self::DeadlineExceeded => "deadline_exceeded",
             Self::Cancelled => "cancelled",
             Self::Interrupted => "interrupted",

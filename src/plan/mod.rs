@@ -6,6 +6,7 @@ mod error;
 mod family;
 mod limits;
 mod metrics;
+mod motion;
 mod objectives;
 mod optimum;
 mod pareto;
@@ -31,6 +32,7 @@ pub use family::{
     FamilyMember, FamilyProblem, FamilyResult, FamilyTask, MAX_MEMBERS, MemberFailure,
     MemberResult, MostBinding, SweepAxis,
 };
+pub use motion::{MotionEnd, MotionPath, MotionTask};
 pub use objectives::{ObjectiveWeights, ParetoMethod, ParetoRequest};
 pub use pareto::{ParetoAxis, ParetoFront, ParetoPoint};
 pub use path::{

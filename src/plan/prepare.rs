@@ -7,12 +7,13 @@ use super::objectives::{self, ObjectiveWeights};
 use super::prepared::{LEAST_WAY, PreparedLeg, PreparedPlan, PreparedTask, PreparedWaypoints};
 use super::request::{
     Clock, Constraints, DurationGoal, DurationRange, OptimizerChoice, PlanRequest, ProgramTask,
-    RobotRef, Task, WaypointsTask,
+    RobotRef, SceneRef, Task, WaypointsTask,
 };
-use super::{family, limits, path, study};
+use super::{family, limits, motion, path, study};
 use crate::fault::{Faults, escape};
 use crate::optimize::{OptimizerEntry, Settings, optimizer, optimizer_names};
 use crate::robot::Robot;
+use crate::scene::{Scene, SceneDescription};
 use crate::trajectory::JointBounds;
 use crate::trajectory::interpolation::{Interpolation, Timing, interpolation, interpolation_names};
 
@@ -82,13 +83,19 @@ pub fn validate(
             refuse_robot(request, "a benchmark runs on functions", &mut faults);
             study::prepare_benchmark(task, &mut faults).map(PreparedTask::Study)
         }
-        Task::Waypoints(_) | Task::Program(_) if robot.is_none() => {
+        Task::Waypoints(_) | Task::Motion(_) | Task::Program(_) if robot.is_none() => {
             faults.add("/robot", "missing field `robot`");
             None
         }
         Task::Waypoints(task) => robot.as_ref().and_then(|robot| {
             let check = Check { robot, limits: &limits, tcp_speed };
             check.waypoints(task, "/task", &mut faults).map(PreparedTask::Waypoints)
+        }),
+        Task::Motion(task) => robot.as_ref().and_then(|robot| {
+            let check = Check { robot, limits: &limits, tcp_speed };
+            let scene = resolve_scene(request.scene.as_ref(), &mut faults)?;
+            let motion = motion::prepare(task, robot, &scene, &check, &mut faults);
+            motion.map(|task| PreparedTask::Motion(Box::new(task)))
         }),
         Task::Program(task) => robot.as_ref().and_then(|robot| {
             let check = Check { robot, limits: &limits, tcp_speed };
@@ -163,6 +170,20 @@ pub(super) fn resolve_robot(
             }
         },
     }
+}
+
+/// The scene a request describes; an empty one where it says nothing.
+fn resolve_scene(scene: Option<&SceneRef>, faults: &mut Faults) -> Option<Scene> {
+    let description = match scene {
+        None => SceneDescription::default(),
+        Some(SceneRef::Inline(description)) => description.as_ref().clone(),
+        Some(SceneRef::Name(name)) => {
+            let name = escape(name);
+            faults.add("/scene", format!("no scene is called `{name}`; GET /v1/scenes lists them"));
+            return None;
+        }
+    };
+    Scene::new(description).map_err(|found| faults.add_below("/scene", found)).ok()
 }
 
 /// What a task has to fit.
@@ -256,7 +277,13 @@ impl Check<'_> {
                 continue;
             }
             for (joint, value) in waypoint.iter().enumerate() {
-                self.position(index, joint, *value, format!("{place}/{joint}"), faults);
+                self.position(
+                    &format!("waypoint {index}, "),
+                    joint,
+                    *value,
+                    format!("{place}/{joint}"),
+                    faults,
+                );
             }
             let ways = |before: &Vec<f64>| {
                 before.iter().zip(waypoint).map(|(from, to)| (to - from).abs()).fold(0.0, f64::max)
@@ -271,16 +298,29 @@ impl Check<'_> {
         }
     }
 
-    fn position(&self, index: usize, joint: usize, value: f64, place: String, faults: &mut Faults) {
+    /// One configuration on its own: length, values, limits.
+    pub fn configuration(&self, joints: &[f64], pointer: &str, faults: &mut Faults) {
+        let (found, dof) = (joints.len(), self.robot.dof());
+        if found != dof {
+            let name = self.robot.name();
+            faults.add(pointer, format!("{found} values; {name} has {dof} joints"));
+            return;
+        }
+        for (joint, value) in joints.iter().enumerate() {
+            self.position("", joint, *value, format!("{pointer}/{joint}"), faults);
+        }
+    }
+
+    /// `owner` says in front whose position it is.
+    fn position(&self, owner: &str, joint: usize, value: f64, place: String, faults: &mut Faults) {
         let JointBounds { name, unit, lower, upper, .. } = &self.limits[joint];
         if !value.is_finite() {
-            faults.add(place, format!("waypoint {index}, {name}: {value} is not a finite number"));
+            faults.add(place, format!("{owner}{name}: {value} is not a finite number"));
             return;
         }
         if value.abs() > LARGEST_POSITION {
-            let detail = format!(
-                "waypoint {index}, {name}: {value:e} {unit} is beyond ±{LARGEST_POSITION:e} {unit}"
-            );
+            let detail =
+                format!("{owner}{name}: {value:e} {unit} is beyond ±{LARGEST_POSITION:e} {unit}");
             faults.add(place, detail);
             return;
         }
@@ -290,9 +330,8 @@ impl Check<'_> {
         ] {
             if let (true, Some(limit)) = (broken, limit) {
                 let limit = limit.value;
-                let detail = format!(
-                    "waypoint {index}, {name}: {value} {unit} is {word} limit of {limit} {unit}"
-                );
+                let detail =
+                    format!("{owner}{name}: {value} {unit} is {word} limit of {limit} {unit}");
                 faults.add(place.clone(), detail);
             }
         }

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::family::PreparedFamily;
+use super::motion::PreparedMotion;
 use super::objectives::{ObjectiveWeights, ParetoMethod, ParetoRequest};
 use super::path::PreparedPath;
 use super::request::{Clock, ConstraintHandling, Constraints, DurationGoal, DurationRange};
@@ -21,6 +22,9 @@ pub(super) const LEAST_WAY: f64 = 1e-12;
 
 /// How long `jerk_limited` needs for a segment of eight joints, roughly, s.
 const FREE_SEGMENT_S: f64 = 5e-3;
+
+/// How long a motion around obstacles needs, roughly, s.
+const MOTION_S: f64 = 2e-2;
 
 /// How far planning has come.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -93,6 +97,7 @@ pub struct PreparedPlan {
 pub(super) enum PreparedTask {
     Waypoints(PreparedWaypoints),
     Path(PreparedPath),
+    Motion(Box<PreparedMotion>),
     Program(Vec<PreparedLeg>),
     Family(PreparedFamily),
     Study(PreparedStudy),
@@ -106,6 +111,7 @@ pub(super) struct PreparedLeg {
 }
 
 /// A valid `waypoints` task.
+#[derive(Clone)]
 pub(super) struct PreparedWaypoints {
     pub waypoints: Vec<Vec<f64>>,
     pub interpolation: &'static Interpolation,
@@ -130,6 +136,7 @@ impl PreparedPlan {
         match &self.task {
             PreparedTask::Study(study) => study.estimate_s(),
             PreparedTask::Path(task) => task.estimate_s(),
+            PreparedTask::Motion(_) => MOTION_S,
             _ => self.tasks().map(PreparedWaypoints::estimate_s).sum(),
         }
     }
@@ -139,6 +146,7 @@ impl PreparedPlan {
         match &self.task {
             PreparedTask::Waypoints(_) => "waypoints",
             PreparedTask::Path(_) => "path",
+            PreparedTask::Motion(_) => "motion",
             PreparedTask::Program(_) => "program",
             PreparedTask::Family(_) => "family",
             PreparedTask::Study(study) => study.task,
@@ -151,6 +159,7 @@ impl PreparedPlan {
         match &self.task {
             PreparedTask::Study(study) => return format!("{} methods", study.methods.len()),
             PreparedTask::Path(task) => return task.method(),
+            PreparedTask::Motion(task) => return task.method(),
             _ => {}
         }
         let mut methods: Vec<String> = Vec::new();
@@ -185,7 +194,9 @@ impl PreparedPlan {
             PreparedTask::Family(family) => {
                 Box::new(family.members.iter().flat_map(|member| member.plan.tasks()))
             }
-            PreparedTask::Path(_) | PreparedTask::Study(_) => Box::new(iter::empty()),
+            PreparedTask::Path(_) | PreparedTask::Motion(_) | PreparedTask::Study(_) => {
+                Box::new(iter::empty())
+            }
         }
     }
 }
@@ -194,6 +205,11 @@ impl PreparedWaypoints {
     /// Whether all joints rest at the start, and at the goal.
     pub fn rests(&self) -> [bool; 2] {
         self.ends.as_ref().map_or([true; 2], Ends::rests)
+    }
+
+    /// The same through other waypoints.
+    pub fn through(&self, waypoints: Vec<Vec<f64>>) -> Self {
+        Self { waypoints, ..self.clone() }
     }
 
     /// Roughly how long one evaluation takes, s.

@@ -8,11 +8,13 @@ use serde_json::Value;
 use utoipa::ToSchema;
 
 use super::family::FamilyTask;
+use super::motion::MotionTask;
 use super::objectives::{ObjectiveWeights, ParetoRequest};
 use super::path::PathTask;
 use super::study::{BenchmarkTask, ComparisonTask};
 use crate::fault::{Faults, read};
 use crate::robot::RobotDescription;
+use crate::scene::SceneDescription;
 
 /// A planning job's content: which robot, what to plan, within which limits.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
@@ -22,6 +24,9 @@ pub struct PlanRequest {
     /// all name their own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub robot: Option<RobotRef>,
+    /// What stands around the robot, by registered name or inline; motions keep away from it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scene: Option<SceneRef>,
     /// What to plan.
     pub task: Task,
     /// Seed of every random stream. Equal request and seed give equal results.
@@ -45,6 +50,16 @@ pub enum RobotRef {
     Inline(Box<RobotDescription>),
 }
 
+/// A scene by name or in full.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[serde(untagged)]
+pub enum SceneRef {
+    /// Registered name.
+    Name(String),
+    /// The scene itself.
+    Inline(Box<SceneDescription>),
+}
+
 /// What to plan.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[serde(tag = "type", rename_all = "snake_case")]
@@ -53,6 +68,8 @@ pub enum Task {
     Waypoints(WaypointsTask),
     /// Find a way for a point that touches nothing.
     Path(PathTask),
+    /// Move the robot around what stands in its way.
+    Motion(MotionTask),
     /// Several tasks in order.
     Program(ProgramTask),
     /// One problem in many variants.
@@ -64,7 +81,8 @@ pub enum Task {
 }
 
 /// The names of all tasks, as `type` takes them.
-pub const TASKS: &[&str] = &["waypoints", "path", "program", "family", "comparison", "benchmark"];
+pub const TASKS: &[&str] =
+    &["waypoints", "path", "motion", "program", "family", "comparison", "benchmark"];
 
 /// Pass through joint waypoints in the least time, at rest at both ends unless they say otherwise.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -347,6 +365,8 @@ struct RawPlanRequest {
     robot: Option<IgnoredAny>,
     #[expect(dead_code, reason = "read apart; here only so that it is known")]
     task: Option<IgnoredAny>,
+    #[expect(dead_code, reason = "read apart; here only so that it is known")]
+    scene: Option<IgnoredAny>,
     #[serde(default)]
     seed: u64,
     #[serde(default)]
@@ -361,9 +381,11 @@ impl PlanRequest {
         let (one, several) = match &mut self.task {
             Task::Family(family) => (family.problem.robot.as_mut(), &mut [][..]),
             Task::Comparison(comparison) => (None, &mut comparison.problems[..]),
-            Task::Waypoints(_) | Task::Path(_) | Task::Program(_) | Task::Benchmark(_) => {
-                (None, &mut [][..])
-            }
+            Task::Waypoints(_)
+            | Task::Path(_)
+            | Task::Motion(_)
+            | Task::Program(_)
+            | Task::Benchmark(_) => (None, &mut [][..]),
         };
         let several = several.iter_mut().filter_map(|problem| problem.robot.as_mut());
         self.robot.iter_mut().chain(one).chain(several)
@@ -379,21 +401,23 @@ impl PlanRequest {
         let mut faults = Faults::default();
         // The two members of several types are read apart, so that their
         // faults are found even where others stand beside them.
-        let members = ["robot", "task"].map(|name| {
+        let members = ["robot", "scene", "task"].map(|name| {
             let member = value.get(name).cloned();
-            let needed = name != "robot" || needs_robot(&value);
+            let needed = name == "task" || name == "robot" && needs_robot(&value);
             if member.is_none() && needed && value.is_object() {
                 faults.add(format!("/{name}"), format!("missing field `{name}`"));
             }
             member
         });
         let raw = read::<RawPlanRequest>(value, "", &mut faults);
-        let [robot, task] = members;
+        let [robot, scene, task] = members;
         let robot = robot.and_then(|value| RobotRef::parse(value, "/robot", &mut faults));
+        let scene = scene.and_then(|value| SceneRef::parse(value, "/scene", &mut faults));
         let task = task.and_then(|value| Task::parse(value, "/task", &mut faults));
         match (raw, task) {
             (Some(raw), Some(task)) => faults.into_result(Self {
                 robot,
+                scene,
                 task,
                 seed: raw.seed,
                 limits: raw.limits,
@@ -427,12 +451,28 @@ impl RobotRef {
     }
 }
 
+impl SceneRef {
+    fn parse(value: Value, pointer: &str, faults: &mut Faults) -> Option<Self> {
+        match value {
+            Value::String(name) => Some(Self::Name(name)),
+            Value::Object(_) => {
+                read(value, pointer, faults).map(|scene| Self::Inline(Box::new(scene)))
+            }
+            _ => {
+                faults.add(pointer, "expected a scene's name or a scene object");
+                None
+            }
+        }
+    }
+}
+
 impl Task {
     /// Reads the task that stands at `pointer`.
     pub fn parse(mut value: Value, pointer: &str, faults: &mut Faults) -> Option<Self> {
         match take_type(&mut value, pointer, "a task", faults)?.as_str() {
             "waypoints" => read(value, pointer, faults).map(Self::Waypoints),
             "path" => PathTask::parse(value, pointer, faults).map(Self::Path),
+            "motion" => read(value, pointer, faults).map(Self::Motion),
             "program" => ProgramTask::parse(value, pointer, faults).map(Self::Program),
             "family" => FamilyTask::parse(value, pointer, faults).map(Self::Family),
             "comparison" => ComparisonTask::parse(value, pointer, faults).map(Self::Comparison),
@@ -453,6 +493,7 @@ impl Task {
         match self {
             Self::Waypoints(_) => "waypoints",
             Self::Path(_) => "path",
+            Self::Motion(_) => "motion",
             Self::Program(_) => "program",
             Self::Family(_) => "family",
             Self::Comparison(_) => "comparison",

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::family::FamilyResult;
+use super::motion::MotionPath;
 use super::pareto::ParetoFront;
 use super::path::PathResult;
 use super::study::ComparisonResult;
@@ -53,6 +54,9 @@ pub struct TrajectoryResult {
     pub bound: Option<LowerBound>,
     /// Figures that describe the plan.
     pub metrics: PlanMetrics,
+    /// Of a motion around obstacles, the path it follows.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motion: Option<MotionPath>,
     /// With `pareto`, the front asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pareto: Option<ParetoFront>,

@@ -3,7 +3,7 @@
 use super::error::PlanError;
 use super::prepared::{PreparedPlan, PreparedTask, Progress};
 use super::result::PlanResult;
-use super::{family, path, program, study, waypoints};
+use super::{family, motion, path, program, study, waypoints};
 use crate::budget::Budget;
 
 impl PreparedPlan {
@@ -25,6 +25,7 @@ impl PreparedPlan {
                 Ok(PlanResult::Trajectory(Box::new(result)))
             }
             PreparedTask::Path(task) => path::run(task, self.seed, budget, progress),
+            PreparedTask::Motion(task) => motion::run(self, task, self.seed, budget, progress),
             PreparedTask::Program(legs) => program::plan(self, legs, budget, progress),
             PreparedTask::Family(members) => family::run(members, self.seed, budget, progress),
             PreparedTask::Study(study) => study::run(study, self.seed, budget, progress),

@@ -493,6 +493,7 @@ impl Run<'_> {
             certificate,
             bound,
             metrics,
+            motion: None,
             pareto: front,
             per_joint,
             convergence: solution.convergence,

@@ -85,6 +85,7 @@ macro_rules! message_enum {
 
 // The macros above hold from here on.
 mod family;
+mod geometry;
 mod job;
 mod path;
 mod request;

@@ -2,7 +2,6 @@
 
 use super::{Defaulted, MessageForm, Place};
 use crate::fault::Faults;
-use crate::geometry::Pose;
 use crate::grpc::proto;
 use crate::robot::{
     DhConvention, DhRow, Joint, JointLimits, JointProvenance, JointType, KinematicsDescription,
@@ -34,7 +33,17 @@ const UNNAMED: &str = "unnamed";
 
 impl MessageForm<proto::Robot> for RobotDescription {
     fn into_message(self) -> proto::Robot {
-        let Self { name, description, source, notes, joints, kinematics } = self;
+        let Self {
+            name,
+            description,
+            source,
+            notes,
+            joints,
+            kinematics,
+            geometry,
+            allowed_pairs,
+            link_radius,
+        } = self;
         proto::Robot {
             name,
             description,
@@ -42,11 +51,24 @@ impl MessageForm<proto::Robot> for RobotDescription {
             notes,
             joints: joints.into_message(),
             kinematics: kinematics.into_message(),
+            geometry: geometry.into_message(),
+            allowed_pairs: allowed_pairs.into_message(),
+            link_radius,
         }
     }
 
     fn from_message(message: proto::Robot, place: Place<'_>, faults: &mut Faults) -> Self {
-        let proto::Robot { name, description, source, notes, joints, kinematics } = message;
+        let proto::Robot {
+            name,
+            description,
+            source,
+            notes,
+            joints,
+            kinematics,
+            geometry,
+            allowed_pairs,
+            link_radius,
+        } = message;
         Self {
             name: if name.is_empty() { UNNAMED.to_owned() } else { name },
             description,
@@ -54,6 +76,13 @@ impl MessageForm<proto::Robot> for RobotDescription {
             notes,
             joints: MessageForm::from_message(joints, place.field("joints"), faults),
             kinematics: MessageForm::from_message(kinematics, place.field("kinematics"), faults),
+            geometry: MessageForm::from_message(geometry, place.field("geometry"), faults),
+            allowed_pairs: MessageForm::from_message(
+                allowed_pairs,
+                place.field("allowed_pairs"),
+                faults,
+            ),
+            link_radius: MessageForm::from_message(link_radius, place.field("link_radius"), faults),
         }
     }
 }
@@ -201,42 +230,4 @@ impl MessageForm<proto::DhRow> for DhRow {
             sign: number(sign, "sign"),
         }
     }
-}
-
-impl MessageForm<proto::Pose> for Pose {
-    fn into_message(self) -> proto::Pose {
-        let Self { position, orientation } = self;
-        proto::Pose { position: position.to_vec(), orientation: orientation.to_vec() }
-    }
-
-    fn from_message(message: proto::Pose, place: Place<'_>, faults: &mut Faults) -> Self {
-        let proto::Pose { position, orientation } = message;
-        let default = Self::default();
-        Self {
-            position: numbers(position, default.position, place.field("position"), faults),
-            orientation: numbers(
-                orientation,
-                default.orientation,
-                place.field("orientation"),
-                faults,
-            ),
-        }
-    }
-}
-
-/// `N` numbers, or none at all for the default.
-fn numbers<const N: usize>(
-    message: Vec<f64>,
-    default: [f64; N],
-    place: Place<'_>,
-    faults: &mut Faults,
-) -> [f64; N] {
-    if message.is_empty() {
-        return default;
-    }
-    let numbers = Vec::from_message(message, place, faults);
-    numbers.try_into().unwrap_or_else(|numbers: Vec<f64>| {
-        place.fault(faults, format!("{} numbers instead of {N}", numbers.len()));
-        default
-    })
 }

@@ -93,11 +93,20 @@ fn in_collision(
     });
     let Some((distance, state, contacts)) = deepest.max_by(|a, b| a.0.total_cmp(&b.0)) else {
         let message = format!("the {end} is beyond the limits of a sliding joint");
-        return PlanError { code, message, details: json!({ "end": end.to_string() }), partial: None };
+        return PlanError {
+            code,
+            message,
+            details: json!({ "end": end.to_string() }),
+            partial: None,
+        };
     };
     let [first, second] = &contacts[0].pair;
     let reason = if distance > 0.0 {
-        format!("is {:.3} mm from {second}, nearer than {} mm", 1e3 * distance, 1e3 * task.clearance_m)
+        format!(
+            "is {:.3} mm from {second}, nearer than {} mm",
+            1e3 * distance,
+            1e3 * task.clearance_m
+        )
     } else {
         format!("lies {:.3} mm deep in {second}", -1e3 * distance)
     };
@@ -114,5 +123,10 @@ fn in_collision(
         "end": end.to_string(), "pointer": format!("/task/{end}"), "configuration": state,
         "contacts": contacts, "configurations": all.len(), "clearance_m": task.clearance_m,
     });
-    PlanError { code, message: format!("at the {end} {first} {reason}{among}"), details, partial: None }
+    PlanError {
+        code,
+        message: format!("at the {end} {first} {reason}{among}"),
+        details,
+        partial: None,
+    }
 }

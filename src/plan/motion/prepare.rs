@@ -86,7 +86,9 @@ pub(in crate::plan) fn prepare(
 
 fn check_end(end: &MotionEnd, robot: &Robot, check: &Check, pointer: &str, faults: &mut Faults) {
     match end {
-        MotionEnd::Joints(joints) => check.configuration(joints, &format!("{pointer}/joints"), faults),
+        MotionEnd::Joints(joints) => {
+            check.configuration(joints, &format!("{pointer}/joints"), faults)
+        }
         MotionEnd::Pose(pose) => {
             check_pose(pose, &format!("{pointer}/pose"), "the tool", faults);
             if robot.inverse().is_none() {
@@ -106,8 +108,13 @@ fn check_smoothing(task: &MotionTask, faults: &mut Faults) -> Option<Option<u64>
             Some(None)
         }
         "shortcut" => {
-            let settings =
-                Settings::read("shortcut", [&ATTEMPTS].into_iter(), given, "/task/smoothing", faults);
+            let settings = Settings::read(
+                "shortcut",
+                [&ATTEMPTS].into_iter(),
+                given,
+                "/task/smoothing",
+                faults,
+            );
             Some(Some(settings.integer("attempts")))
         }
         other => {
@@ -122,7 +129,11 @@ fn check_smoothing(task: &MotionTask, faults: &mut Faults) -> Option<Option<u64>
 }
 
 /// Checks all that is said of timing, with two configurations in place of the path to come.
-fn check_timing(task: &MotionTask, check: &Check, faults: &mut Faults) -> Option<PreparedWaypoints> {
+fn check_timing(
+    task: &MotionTask,
+    check: &Check,
+    faults: &mut Faults,
+) -> Option<PreparedWaypoints> {
     if let Some(entry) = interpolation(&task.interpolation)
         && (entry.max_segments.is_some() || entry.min_segments > 1)
     {

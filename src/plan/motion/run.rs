@@ -74,11 +74,13 @@ fn path(
     for goal in goals.iter().take(GOALS) {
         let way = start.iter().zip(goal).map(|(from, to)| (to - from).abs()).fold(0.0, f64::max);
         if way < LEAST_WAY {
-            return Err(PlanError::unreachable("start and goal are equal: nothing moves".to_owned(), json!({})));
+            return Err(PlanError::unreachable(
+                "start and goal are equal: nothing moves".to_owned(),
+                json!({}),
+            ));
         }
         let problem = problem(plan, start, goal);
-        let solved =
-            solve(task.planner, &task.settings, &problem, free, seed, budget, &mut report);
+        let solved = solve(task.planner, &task.settings, &problem, free, seed, budget, &mut report);
         let solution = solved.map_err(|error| no_path(error.to_string(), json!({})))?;
         if solution.path.is_some() {
             return Ok(solution);

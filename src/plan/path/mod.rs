@@ -9,11 +9,12 @@ mod smoothing;
 mod space;
 
 pub use bezier::BezierPiece;
-pub(super) use prepare::{PreparedPath, prepare};
+pub(super) use prepare::{PreparedPath, check_planner, prepare};
 pub use request::{
     BallObstacle, BoxObstacle, Obstacle, PathTask, PlannerChoice, SmoothingChoice, Space,
 };
 pub use result::{PathResult, TreeEdge};
 pub(super) use run::run;
+pub(super) use smoothing::ATTEMPTS;
 pub use smoothing::{SMOOTHINGS, SmoothingEntry, SmoothingInfo, smoothing};
 pub use space::PointSpace;

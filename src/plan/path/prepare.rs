@@ -153,7 +153,8 @@ fn check_end(space: &Space, name: &str, end: &[f64], faults: &mut Faults) {
     }
 }
 
-fn check_planner(
+/// The planner that was chosen, for `dimension` coordinates, with its parameters.
+pub(in crate::plan) fn check_planner(
     choice: &PlannerChoice,
     dimension: usize,
     faults: &mut Faults,

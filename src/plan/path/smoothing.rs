@@ -40,7 +40,7 @@ pub struct Smoothed {
 }
 
 /// `attempts`, of every smoothing that takes shortcuts.
-pub(super) const ATTEMPTS: Parameter = integer(
+pub(in crate::plan) const ATTEMPTS: Parameter = integer(
     "attempts",
     "random shortcuts that may fail in a row before it ends; default 100",
     100.0,
