@@ -12,7 +12,7 @@ use super::{input, output};
 /// Options of `takt reproduce`.
 #[derive(Debug, Args)]
 pub(super) struct Options {
-    /// A paper: chen, han, shu or lin_yang; default all
+    /// A paper: chen, han, shu, lin_yang or zhang; default all
     #[arg(value_name = "PAPER")]
     paper: Option<String>,
     /// Runs of every method that has seeds
@@ -45,10 +45,6 @@ pub(super) async fn run(options: Options) -> Result<(), Failure> {
 
 fn papers(name: Option<&str>) -> Result<Vec<&'static Paper>, Failure> {
     let Some(name) = name else { return Ok(PAPERS.iter().collect()) };
-    if name == "zhang" {
-        let why = "`zhang` plans paths around obstacles; it comes with the planners";
-        return Err(Failure::input(why));
-    }
     let known = PAPERS.iter().map(|paper| paper.name);
     let unknown = || input::unknown("there is no paper", name, known);
     Ok(vec![reproduce::paper(name).ok_or_else(unknown)?])

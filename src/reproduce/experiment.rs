@@ -8,7 +8,7 @@ use crate::budget::Budget;
 use crate::math::statistics;
 use crate::picture::Beside;
 use crate::plan::{
-    ComparisonResult, PlanRequest, PlanResult, TrajectoryResult, scenarios, validate,
+    ComparisonResult, PathResult, PlanRequest, PlanResult, TrajectoryResult, scenarios, validate,
 };
 use crate::robot::catalogue;
 use crate::trajectory::interpolation::{Timing, interpolation};
@@ -51,6 +51,20 @@ pub(super) fn compare(request: &Value) -> Result<ComparisonResult, ReproduceErro
         PlanResult::Comparison(result) => Ok(result),
         _ => Err(ReproduceError("the task compares nothing".to_owned())),
     }
+}
+
+/// One path planned with the seeds 0 to `runs`; none where a seed found none.
+pub(super) fn paths(request: &Value, runs: u32) -> Result<Vec<Option<PathResult>>, ReproduceError> {
+    let run = |seed: u32| {
+        let mut request = request.clone();
+        request["seed"] = json!(seed);
+        match attempt(request)? {
+            Ok(PlanResult::Path(result)) => Ok(Some(*result)),
+            Ok(_) => Err(ReproduceError("the task plans no path".to_owned())),
+            Err(_) => Ok(None),
+        }
+    };
+    (0..runs).into_par_iter().map(run).collect()
 }
 
 /// One request planned with several seeds: a result per seed, none where the

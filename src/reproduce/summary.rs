@@ -9,10 +9,11 @@ use crate::picture::page::Cell;
 /// A paper and the verdicts on its figures.
 type Given<'a> = (&'a Paper, Vec<Verdict>);
 
-/// Puts the summary and what is possible before the papers' sections.
+/// Puts the summary and what is possible, where motions were planned, before the
+/// papers' sections.
 pub(super) fn report(
     results: Vec<(&Paper, Vec<Section>)>,
-    possible: Section,
+    possible: Option<Section>,
     claim: Option<String>,
     runs: u32,
 ) -> Report {
@@ -35,7 +36,7 @@ pub(super) fn report(
     let headline = [counts(&given)].into_iter().chain(claim).collect();
     let sources = sources(&given);
     let papers = results.into_iter().flat_map(|(_, sections)| sections);
-    let sections = [summary, possible].into_iter().chain(papers).chain([sources]).collect();
+    let sections = [summary].into_iter().chain(possible).chain(papers).chain([sources]).collect();
     Report { title: "Published experiments, run again".to_owned(), headline, sections }
 }
 

@@ -360,6 +360,8 @@ async fn registries_and_operations_answer() {
     for (path, list) in [
         ("/v1/optimizers", "optimizers"),
         ("/v1/interpolations", "interpolations"),
+        ("/v1/planners", "planners"),
+        ("/v1/planners", "smoothings"),
         ("/v1/scenarios", "scenarios"),
     ] {
         let found = server.json(path).await;
@@ -413,6 +415,7 @@ async fn the_api_description_is_complete() {
         ("/v1/robots/{name}/fk", "post"),
         ("/v1/robots/{name}/ik", "post"),
         ("/v1/optimizers", "get"),
+        ("/v1/planners", "get"),
     ] {
         assert!(api["paths"][path][method]["summary"].is_string(), "{method} {path}");
     }

@@ -10,4 +10,5 @@ mod grpc_support;
 mod http;
 mod http_results;
 mod operations;
+mod paths;
 mod support;

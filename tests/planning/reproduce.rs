@@ -35,8 +35,9 @@ fn the_report_tells_the_known_contradictions_and_repeats() {
     let heads: Vec<&str> = text.lines().filter_map(|line| line.strip_prefix("## ")).collect();
     assert_eq!(heads[..2], ["Summary", "What is possible"]);
     let of = |author: &str| heads.iter().filter(|head| head.starts_with(author)).count();
-    let counts = ["Chen et al.", "Han et al.", "Shu et al.", "Lin and Yang"].map(of);
-    assert_eq!(counts, [5, 5, 1, 2], "{heads:?}");
+    let counts =
+        ["Chen et al.", "Han et al.", "Shu et al.", "Lin and Yang", "Zhang et al."].map(of);
+    assert_eq!(counts, [5, 5, 1, 2, 3], "{heads:?}");
     assert_eq!(heads.last(), Some(&"Papers"));
     contradictions(&text);
     counts_add_up(&first, &text);
@@ -134,7 +135,33 @@ fn one_paper_alone_reports_on_itself() {
     // Nothing published can be compared, so nothing is claimed.
     assert_eq!(report.headline.len(), 1);
     assert_eq!(told.into_inner().unwrap()[0], "1 of 1: Lin and Yang, runs of each method: 1");
-    assert!(paper("zhang").is_none());
+    assert!(paper("nobody").is_none());
+}
+
+/// A substitute map proves no figure, and paths are no motions.
+#[test]
+fn planners_are_compared_on_substitutes_and_say_so() {
+    let text = report(&[paper("zhang").unwrap()], 2).markdown();
+    assert!(!text.contains("## What is possible"), "{text}");
+    let lost = Verdict::CannotBeCompared.words();
+    for map in ["map 1", "map 2"] {
+        for (what, published) in [
+            ("length against PQ-RRT*", ["-5.24", "-6.34"]),
+            ("iterations against Bi-APF-RRT*", ["-56.46", "-31.25"]),
+        ] {
+            let name = format!("{map}, {what}, by how much");
+            assert_eq!(verdict(&text, &name), lost, "{name}");
+            let published = published[usize::from(map == "map 2")];
+            assert_eq!(row(&text, &name)[1], published, "{name}");
+        }
+    }
+    for planner in ["rrt_star", "informed_rrt_star", "bi_apf_rrt_star", "ipq_rrt_star_connect"] {
+        assert!(row(&text, planner)[1].ends_with(" of 2"), "{planner}");
+    }
+    let straight = ["1059.6", "924.6", "838.6", "1213.7"];
+    for (name, straight) in ["P0 to P1", "P1 to P2", "P2 to P3", "P3 to P1"].iter().zip(straight) {
+        assert_eq!(row(&text, name)[1], straight, "{name}");
+    }
 }
 
 /// What a report says was run is what was run: its requests are valid as they stand.

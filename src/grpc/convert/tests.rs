@@ -502,6 +502,9 @@ const WITHOUT_JSON: &[(&str, &str)] = &[
     ("DurationGoal", "JSON has one of its fields at a time"),
     ("OptimizerChoice", "JSON has the parameters beside the name"),
     ("MethodChoice", "JSON has the parameters beside the name"),
+    ("PlannerChoice", "JSON has the parameters beside the name"),
+    ("SmoothingChoice", "JSON has the parameters beside the name"),
+    ("Obstacle", "JSON has the obstacle's fields beside a `type`"),
 ];
 
 /// An object of the JSON form for every other message.
@@ -608,6 +611,19 @@ fn objects() -> BTreeMap<&'static str, Value> {
         ("MostBinding", family["members"][0]["most_binding"].clone()),
         ("MemberFailure", family["members"][1]["failure"].clone()),
         ("MembersDone", json!({"done": 0, "of": 0, "failed": 0, "slowest": 0})),
+    ]);
+    let path = serde_json::to_value(parsed::<PlanResult>(path_result())).unwrap();
+    let path_task = task_of(path_task());
+    let obstacle =
+        |index: usize| without(path_task["space"]["obstacles"][index].clone(), &["type"]);
+    objects.extend([
+        ("PathTask", without(path_task.clone(), &["type"])),
+        ("Space", path_task["space"].clone()),
+        ("BallObstacle", obstacle(0)),
+        ("BoxObstacle", obstacle(1)),
+        ("PathResult", path.clone()),
+        ("BezierPiece", path["curve"][0].clone()),
+        ("TreeEdge", path["tree_edges"][0].clone()),
     ]);
     objects.extend([
         ("ProgramResult", program.clone()),

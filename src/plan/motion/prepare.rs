@@ -8,7 +8,7 @@ use crate::fault::parameter::Settings;
 use crate::fault::{Faults, escape};
 use crate::geometry::check_pose;
 use crate::plan::path::{ATTEMPTS, check_planner};
-use crate::plan::prepare::Check;
+use crate::plan::prepare::{Check, MAX_WAYPOINTS};
 use crate::plan::prepared::PreparedWaypoints;
 use crate::planner::PlannerEntry;
 use crate::robot::Robot;
@@ -135,7 +135,8 @@ fn check_timing(
     faults: &mut Faults,
 ) -> Option<PreparedWaypoints> {
     if let Some(entry) = interpolation(&task.interpolation)
-        && (entry.max_segments.is_some() || entry.min_segments > 1)
+        && (entry.max_segments.is_some_and(|most| most < MAX_WAYPOINTS - 1)
+            || entry.min_segments > 1)
     {
         let detail = format!(
             "{} takes some numbers of waypoints only, and a path may have any; take jerk_limited or quintic",

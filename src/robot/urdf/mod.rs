@@ -15,7 +15,7 @@ mod tests;
 mod xml;
 
 use super::description::{
-    Joint, JointLimits, JointProvenance, KinematicsForm, LinkDescription, Provenance,
+    Body, Joint, JointLimits, JointProvenance, KinematicsForm, LinkDescription, Provenance,
     RobotDescription, UrdfSource,
 };
 use crate::fault::Faults;
@@ -94,8 +94,16 @@ pub(super) fn expand(mut description: RobotDescription) -> Result<RobotDescripti
     kinematics.tool = Pose::from(&tool);
     kinematics.form = KinematicsForm::Links(robot.links);
     description.joints = robot.joints;
+    if description.geometry.is_empty() {
+        description.geometry = robot.geometry.into_iter().map(body).collect();
+    }
+    description.allowed_pairs.extend(robot.allowed_pairs);
     description.notes.extend(robot.notes);
     faults.into_result(description)
+}
+
+fn body((link, Placed { shape, pose }): (usize, Placed)) -> Body {
+    Body { link, name: None, shape, pose, provenance: Some(Provenance::Urdf) }
 }
 
 /// Takes over what `given`, joint `index` of the description, says about `joint`.
