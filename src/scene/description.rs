@@ -47,6 +47,7 @@ impl Default for SceneDescription {
 
 /// Something that stands still.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = SceneObstacle)]
 #[serde(deny_unknown_fields, rename_all = "snake_case")]
 pub struct Obstacle {
     /// Name, unique within the scene.

@@ -153,6 +153,8 @@ fn ended(error: PlanError) -> RunOutcome {
         PlanCode::Cancelled => RunOutcome::Cancelled { partial },
         PlanCode::Interrupted => RunOutcome::Interrupted,
         PlanCode::LimitsUnreachable
+        | PlanCode::IkNoSolution
+        | PlanCode::NotFree
         | PlanCode::NoPath
         | PlanCode::StartInCollision
         | PlanCode::GoalInCollision

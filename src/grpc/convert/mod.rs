@@ -87,10 +87,12 @@ macro_rules! message_enum {
 mod family;
 mod geometry;
 mod job;
+mod motion;
 mod path;
 mod request;
 mod result;
 mod robot;
+mod scene;
 mod study;
 #[cfg(test)]
 mod tests;

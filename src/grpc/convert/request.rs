@@ -11,7 +11,7 @@ use crate::plan::{
 use crate::robot::RobotDescription;
 use crate::trajectory::objective::ObjectiveName;
 
-message_form!(PlanRequest { robot, task: Required, seed, limits, limit_scale });
+message_form!(PlanRequest { robot, scene, task: Required, seed, limits, limit_scale });
 
 message_form!(ProgramTask { legs });
 
@@ -79,6 +79,7 @@ impl MessageForm<proto::Task> for Task {
         let kind = match self {
             Self::Waypoints(task) => Kind::Waypoints(task.into_message()),
             Self::Path(task) => Kind::Path(task.into_message()),
+            Self::Motion(task) => Kind::Motion(task.into_message()),
             Self::Program(task) => Kind::Program(task.into_message()),
             Self::Family(task) => Kind::Family(task.into_message()),
             Self::Comparison(task) => Kind::Comparison(task.into_message()),
@@ -95,6 +96,9 @@ impl MessageForm<proto::Task> for Task {
                 Self::Waypoints(MessageForm::from_message(task, place, faults))
             }
             Some(Kind::Path(task)) => Self::Path(MessageForm::from_message(task, place, faults)),
+            Some(Kind::Motion(task)) => {
+                Self::Motion(MessageForm::from_message(task, place, faults))
+            }
             Some(Kind::Program(task)) => {
                 Self::Program(MessageForm::from_message(task, place, faults))
             }

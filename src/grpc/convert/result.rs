@@ -27,6 +27,7 @@ message_form!(TrajectoryResult {
     certificate: Required,
     bound,
     metrics: Required,
+    motion,
     pareto,
     per_joint,
     convergence,

@@ -15,6 +15,9 @@ use crate::robot::Robot;
 use crate::scene::Scene;
 use crate::trajectory::interpolation::interpolation;
 
+/// How much further away paths keep where they can, m: as much may curves leave them.
+const ROOM_M: f64 = 5e-3;
+
 /// Largest distance that can be asked for, m.
 const MOST_CLEARANCE_M: f64 = 10.0;
 
@@ -22,6 +25,8 @@ const MOST_CLEARANCE_M: f64 = 10.0;
 pub(in crate::plan) struct PreparedMotion {
     pub robot: Arc<Robot>,
     pub checker: CollisionChecker,
+    /// The same that keeps further away, so that timing has room.
+    pub roomy: CollisionChecker,
     /// Start and goal.
     pub ends: [MotionEnd; 2],
     pub clearance_m: f64,
@@ -60,9 +65,10 @@ pub(in crate::plan) fn prepare(
     let shortcuts = check_smoothing(task, faults);
     let timing = check_timing(task, check, faults);
     let margin = if sound { task.clearance_m } else { 0.0 };
-    let checker = match CollisionChecker::new(robot, scene, margin, MotionCheck::Proven) {
-        Ok(checker) => Some(checker),
-        Err(found) => {
+    let checker = |margin| CollisionChecker::new(robot, scene, margin, MotionCheck::Proven);
+    let checkers = match (checker(margin), checker(margin + ROOM_M)) {
+        (Ok(checker), Ok(roomy)) => Some((checker, roomy)),
+        (Err(found), _) | (_, Err(found)) => {
             for fault in found.0 {
                 let robots = ["/kinematics", "/geometry"].contains(&fault.pointer.as_str());
                 let owner = if robots { "/robot" } else { "/scene" };
@@ -71,10 +77,11 @@ pub(in crate::plan) fn prepare(
             None
         }
     };
-    let (planner, settings) = planner?;
+    let ((planner, settings), (checker, roomy)) = (planner?, checkers?);
     Some(PreparedMotion {
         robot: Arc::clone(robot),
-        checker: checker?,
+        checker,
+        roomy,
         ends: [task.start.clone(), task.goal.clone()],
         clearance_m: margin,
         planner,

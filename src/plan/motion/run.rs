@@ -13,7 +13,8 @@ use crate::plan::error::{PlanCode, PlanError};
 use crate::plan::prepared::{LEAST_WAY, PreparedPlan, Progress};
 use crate::plan::result::PlanResult;
 use crate::planner::{
-    LengthPoint, PathEnd, PathSolution, PlanningProblem, distance, length, shortcut, solve,
+    LengthPoint, PathEnd, PathSolution, PlanningProblem, ValidityChecker, distance, length,
+    shortcut, solve,
 };
 
 /// Joints without a position limit may go so far beyond both ends, rad or m.
@@ -21,6 +22,9 @@ const BEYOND: f64 = std::f64::consts::PI;
 
 /// So many configurations for the goal's pose are tried.
 const GOALS: usize = 8;
+
+/// Iterations of the search for a path with room around it.
+const ROOMY_ITERATIONS: u64 = 2000;
 
 /// The plan of a valid task.
 pub(in crate::plan) fn run(
@@ -34,62 +38,110 @@ pub(in crate::plan) fn run(
     let home = task.robot.inverse().map_or_else(|| vec![0.0; task.robot.dof()], |it| it.home());
     let start = configurations(task, PathEnd::Start, &home, &mut free)?.swap_remove(0);
     let goals = configurations(task, PathEnd::Goal, &start, &mut free)?;
-    let solution = path(plan, task, &start, &goals, seed, budget, progress, &mut free)?;
-    let planned = solution.path.clone().unwrap_or_default();
-    let mut smooth = planned.clone();
-    if let Some(attempts) = task.shortcuts {
-        shortcut(&mut smooth, &mut free, attempts, derive_seed(seed, 1), budget);
+    let search = Search { plan, task, start, goals, seed, budget, progress };
+    if let Some(result) = search.with_room(&mut free) {
+        return Ok(result);
     }
-    let (mut result, added_waypoints) =
-        timed(plan, task, &smooth, seed, budget, progress, &mut free)?;
-    result.motion = Some(MotionPath {
-        length: length(&smooth),
-        straight_length: distance(&planned[0], &planned[planned.len() - 1]),
-        planned,
-        path: smooth,
-        nodes: solution.nodes,
-        iterations: solution.iterations,
-        checks: solution.checks,
-        planner: task.planner.name.to_owned(),
-        smoothing: if task.shortcuts.is_some() { "shortcut" } else { "none" }.to_owned(),
-        added_waypoints,
-    });
-    Ok(PlanResult::Trajectory(Box::new(result)))
+    let solution = search.path(&search.goals, budget, &mut free)?;
+    let planned = solution.path.clone().unwrap_or_default();
+    let mut path = planned.clone();
+    search.smooth(&mut path, &mut free);
+    search.timed(planned, path, &solution, &mut free)
 }
 
-/// A free path from `start` to the first of `goals` that one is found to.
-#[expect(clippy::too_many_arguments, reason = "what a search needs")]
-fn path(
-    plan: &PreparedPlan,
-    task: &PreparedMotion,
-    start: &[f64],
-    goals: &[Vec<f64>],
+/// One task being planned.
+struct Search<'a> {
+    plan: &'a PreparedPlan,
+    task: &'a PreparedMotion,
+    start: Vec<f64>,
+    goals: Vec<Vec<f64>>,
     seed: u64,
-    budget: &Budget,
-    progress: &(dyn Fn(Progress) + Sync),
-    free: &mut FreeMotions,
-) -> Result<PathSolution, PlanError> {
-    let mut report = |point: &LengthPoint| progress(told(point));
-    let mut tried = Vec::new();
-    for goal in goals.iter().take(GOALS) {
-        let way = start.iter().zip(goal).map(|(from, to)| (to - from).abs()).fold(0.0, f64::max);
-        if way < LEAST_WAY {
-            return Err(PlanError::unreachable(
-                "start and goal are equal: nothing moves".to_owned(),
-                json!({}),
-            ));
+    budget: &'a Budget,
+    progress: &'a (dyn Fn(Progress) + Sync),
+}
+
+impl Search<'_> {
+    /// A motion along a path with room around it, if there is one.
+    fn with_room(&self, free: &mut FreeMotions) -> Option<PlanResult> {
+        let mut roomy = FreeMotions::new(&self.task.roomy);
+        if !roomy.is_state_valid(&self.start) {
+            return None;
         }
-        let problem = problem(plan, start, goal);
-        let solved = solve(task.planner, &task.settings, &problem, free, seed, budget, &mut report);
-        let solution = solved.map_err(|error| no_path(error.to_string(), json!({})))?;
-        if solution.path.is_some() {
-            return Ok(solution);
-        }
-        if let Some(stopped) = budget.stop_reason(0).and_then(PlanError::stopped) {
-            return Err(stopped);
-        }
-        tried.push(solution);
+        let goals: Vec<_> =
+            self.goals.iter().filter(|goal| roomy.is_state_valid(goal)).cloned().collect();
+        let budget = self.budget.clone().with_max_evaluations(Some(ROOMY_ITERATIONS));
+        let solution = self.path(&goals, &budget, &mut roomy).ok()?;
+        let planned = solution.path.clone()?;
+        let mut path = planned.clone();
+        self.smooth(&mut path, &mut roomy);
+        self.timed(planned, path, &solution, free).ok()
     }
+
+    fn smooth(&self, path: &mut Vec<Vec<f64>>, free: &mut FreeMotions) {
+        if let Some(attempts) = self.task.shortcuts {
+            shortcut(path, free, attempts, derive_seed(self.seed, 1), self.budget);
+        }
+    }
+
+    fn timed(
+        &self,
+        planned: Vec<Vec<f64>>,
+        path: Vec<Vec<f64>>,
+        solution: &PathSolution,
+        free: &mut FreeMotions,
+    ) -> Result<PlanResult, PlanError> {
+        let task = self.task;
+        let (mut result, added_waypoints) =
+            timed(self.plan, task, &path, self.seed, self.budget, &self.progress, free)?;
+        result.motion = Some(MotionPath {
+            length: length(&path),
+            straight_length: distance(&planned[0], &planned[planned.len() - 1]),
+            planned,
+            path,
+            nodes: solution.nodes,
+            iterations: solution.iterations,
+            checks: solution.checks,
+            planner: task.planner.name.to_owned(),
+            smoothing: if task.shortcuts.is_some() { "shortcut" } else { "none" }.to_owned(),
+            added_waypoints,
+        });
+        Ok(PlanResult::Trajectory(Box::new(result)))
+    }
+
+    /// A free path from the start to the first of `goals` that one is found to.
+    fn path(
+        &self,
+        goals: &[Vec<f64>],
+        budget: &Budget,
+        free: &mut FreeMotions,
+    ) -> Result<PathSolution, PlanError> {
+        let Self { plan, task, start, seed, progress, .. } = self;
+        let mut report = |point: &LengthPoint| progress(told(point));
+        let mut tried = Vec::new();
+        for goal in goals.iter().take(GOALS) {
+            let ways = start.iter().zip(goal).map(|(from, to)| (to - from).abs());
+            if ways.fold(0.0, f64::max) < LEAST_WAY {
+                let message = "start and goal are equal: nothing moves".to_owned();
+                return Err(PlanError::unreachable(message, json!({})));
+            }
+            let problem = problem(plan, start, goal);
+            let solved =
+                solve(task.planner, &task.settings, &problem, free, *seed, budget, &mut report);
+            let solution = solved.map_err(|error| no_path(error.to_string(), json!({})))?;
+            if solution.path.is_some() {
+                return Ok(solution);
+            }
+            if let Some(stopped) = self.budget.stop_reason(0).and_then(PlanError::stopped) {
+                return Err(stopped);
+            }
+            tried.push(solution);
+        }
+        Err(not_found(task, &tried))
+    }
+}
+
+/// No path: how far the searches came.
+fn not_found(task: &PreparedMotion, tried: &[PathSolution]) -> PlanError {
     let iterations: u64 = tried.iter().map(|solution| solution.iterations).sum();
     let nodes: usize = tried.iter().map(|solution| solution.nodes).sum();
     let message = format!(
@@ -102,7 +154,7 @@ fn path(
         "planner": task.planner.name, "iterations": iterations, "nodes": nodes, "goals": tried.len(),
         "stop_reason": tried.last().map(|solution| solution.stop_reason),
     });
-    Err(no_path(message, details))
+    no_path(message, details)
 }
 
 fn no_path(message: String, details: serde_json::Value) -> PlanError {

@@ -7,16 +7,17 @@ use serde_json::json;
 
 use super::checker::FreeMotions;
 use super::prepare::PreparedMotion;
-use super::travel::Travelled;
+use super::travel::{Part, Travelled};
 use crate::budget::Budget;
+use crate::collision::{ClearanceError, ProvenClearance};
 use crate::plan::error::{PlanCode, PlanError};
 use crate::plan::prepared::{PreparedPlan, Progress};
 use crate::plan::result::{PlanResult, TrajectoryResult};
 use crate::plan::waypoints;
 use crate::trajectory::Clearance;
 
-/// How often the path is divided before the timing is given up.
-const ROUNDS: usize = 60;
+/// How often what is too near is divided before the timing is given up: a corner's parts are then 256 times shorter.
+const ROUNDS: usize = 9;
 
 /// To what the smallest clearance is proven, m.
 const TOLERANCE_M: f64 = 5e-4;
@@ -35,37 +36,57 @@ pub fn timed(
     for _ in 0..ROUNDS {
         let timing = task.timing.through(points.clone());
         let mut result = waypoints::plan(plan, &timing, seed, budget, progress)?;
-        let clearance = clearance(task, &result, free)?;
-        let near = clearance.as_ref().filter(|clearance| clearance.smallest_m <= task.clearance_m);
-        let Some(near) = near else {
-            result.certificate.clearance = clearance;
+        let motion = Travelled(&result.trajectory);
+        let least = task.checker.proven_clearance(&motion, TOLERANCE_M, &mut free.scratch);
+        if let Ok(found) = &least
+            && found.as_ref().is_none_or(|found| found.proven_m > task.clearance_m)
+        {
+            result.certificate.clearance = least.ok().flatten().map(|found| Clearance {
+                smallest_m: found.proven_m,
+                at: found.at,
+                pair: found.pair,
+            });
             return Ok((result, points.len() - path.len()));
-        };
-        let last = points.len() - 2;
-        let segment = result.waypoint_times.partition_point(|time| *time <= near.at) - 1;
-        divide(&mut points, segment.min(last));
+        }
+        // From the last on, so that those before keep their numbers.
+        let near = too_near(task, &result, free);
+        for &segment in near.iter().rev() {
+            divide(&mut points, segment);
+        }
+        if let (true, Err(error)) = (near.is_empty(), least) {
+            return Err(unproven(&error, result));
+        }
     }
     Err(given_up(path))
 }
 
-/// The proven clearance of a trajectory; none if there is nothing to keep away from.
-fn clearance(
+/// The segments that come nearer to something than allowed.
+fn too_near(
     task: &PreparedMotion,
     result: &TrajectoryResult,
     free: &mut FreeMotions,
-) -> Result<Option<Clearance>, PlanError> {
+) -> Vec<usize> {
     let motion = Travelled(&result.trajectory);
-    let proven = task.checker.proven_clearance(&motion, TOLERANCE_M, &mut free.scratch);
-    match proven {
-        Ok(found) => Ok(found.map(|found| {
-            let smallest_m = if found.smallest_m > 0.0 { found.proven_m } else { found.smallest_m };
-            Clearance { smallest_m, at: found.at, pair: found.pair }
-        })),
-        Err(error) => {
-            let message = format!("no clearance can be proven: {error}");
-            let partial = Some(Box::new(PlanResult::Trajectory(Box::new(result.clone()))));
-            Err(PlanError { code: PlanCode::NotFree, message, details: json!({}), partial })
-        }
+    let is_free = |found: Option<ProvenClearance>| {
+        found.is_none_or(|found| found.proven_m > task.clearance_m)
+    };
+    let segments = result.waypoint_times.windows(2).enumerate();
+    segments
+        .filter(|(_, times)| {
+            let part = Part { motion: &motion, start: times[0], end: times[1] };
+            let proven = task.checker.proven_clearance(&part, TOLERANCE_M, &mut free.scratch);
+            !proven.is_ok_and(is_free)
+        })
+        .map(|(segment, _)| segment)
+        .collect()
+}
+
+fn unproven(error: &ClearanceError, result: TrajectoryResult) -> PlanError {
+    PlanError {
+        code: PlanCode::NotFree,
+        message: format!("no clearance can be proven: {error}"),
+        details: json!({}),
+        partial: Some(Box::new(PlanResult::Trajectory(Box::new(result)))),
     }
 }
 
@@ -79,8 +100,8 @@ fn given_up(path: &[Vec<f64>]) -> PlanError {
     PlanError {
         code: PlanCode::NotFree,
         message: format!(
-            "a free path was found, but no timing that stays free after {ROUNDS} divisions of it; ask for less \
-             clearance or take jerk_limited"
+            "a free path was found, but no timing that stays free although what came too near was halved {ROUNDS} \
+             times; ask for less clearance or take jerk_limited"
         ),
         details: json!({ "path": path }),
         partial: None,

@@ -39,6 +39,27 @@ impl JointMotion for Travelled<'_> {
     }
 }
 
+/// A part of a motion, from `start` to `end`.
+pub struct Part<'a, M> {
+    pub motion: &'a M,
+    pub start: f64,
+    pub end: f64,
+}
+
+impl<M: JointMotion> JointMotion for Part<'_, M> {
+    fn duration(&self) -> f64 {
+        self.end - self.start
+    }
+
+    fn position(&self, time: f64, position: &mut [f64]) {
+        self.motion.position(self.start + time, position);
+    }
+
+    fn travel(&self, start: f64, end: f64, travel: &mut [f64]) {
+        self.motion.travel(self.start + start, self.start + end, travel);
+    }
+}
+
 /// A bound on how far a polynomial is from `center` between two times.
 fn excursion(coefficients: &[f64], [enter, leave]: [f64; 2], center: f64) -> f64 {
     let (middle, half) = (0.5 * (enter + leave), 0.5 * (leave - enter).abs());
