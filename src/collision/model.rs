@@ -25,7 +25,6 @@ pub(super) struct Group {
     pub(super) coarse: KernelSphere,
     /// Its spheres, some neighbours at a time.
     pub(super) clusters: Range<usize>,
-    pub(super) spheres: Range<usize>,
     pub(super) bodies: Range<usize>,
     /// How far its points move per unit of each screw before it, m/rad or 1.
     pub(super) reach: Vec<f64>,
@@ -324,7 +323,6 @@ impl Builder<'_> {
             screws,
             coarse: single.around(&all),
             clusters: first_cluster..model.clusters.len(),
-            spheres: first_sphere..model.spheres.len(),
             bodies: first_body..model.bodies.len(),
             reach,
             kept_from: Vec::new(),
@@ -390,15 +388,22 @@ impl Builder<'_> {
         }
     }
 
-    /// Links by the robot's own list, an attached object against all that does not move together with it.
+    /// Links by the robot's own list; an attached object against all but what it moves with, or where that is nothing, the
+    /// nearest body before it, on which it is mounted.
     fn has_to_be_checked(&self, first: usize, second: usize) -> bool {
         let (a, b) = (&self.model.groups[first], &self.model.groups[second]);
         let pair = [a.link.min(b.link), a.link.max(b.link)];
         match (self.part(first), self.part(second)) {
             (Part::Link(_), Part::Link(_)) => self.robot.checked_pairs().contains(&pair),
-            // What moves together never meets.
+            (Part::Link(link), Part::Attached(_)) => link != self.mount(b.link),
             _ => a.screws != b.screws,
         }
+    }
+
+    /// The link with a body that something attached to `link` is mounted on.
+    fn mount(&self, link: usize) -> usize {
+        let links = self.robot.bodies().iter().map(|body| body.link);
+        links.filter(|body| *body <= link).max().unwrap_or(link)
     }
 
     fn assign_obstacles(&mut self, allowed: &[[Part; 2]]) {

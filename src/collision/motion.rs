@@ -95,13 +95,11 @@ impl CollisionChecker {
         let parts = (furthest.fold(0.0, f64::max) / LONGEST_TURN).ceil().max(1.0);
         let mut part = 0.0;
         while part < parts {
-            let at = |share: f64, joint: usize| from[joint] + (to[joint] - from[joint]) * share;
-            for joint in 0..self.dof() {
-                let start = at(part / parts, joint);
-                scratch.from[joint] = start;
-                let end =
-                    if part + 1.0 < parts { at((part + 1.0) / parts, joint) } else { to[joint] };
-                scratch.delta[joint] = end - start;
+            let [start, end] = [part / parts, (part + 1.0) / parts];
+            let ends = scratch.from.iter_mut().zip(&mut scratch.delta).zip(from.iter().zip(to));
+            for ((first, delta), (from, to)) in ends {
+                *first = from + (to - from) * start;
+                *delta = (to - from) * (end - start);
             }
             self.prepare(scratch);
             if !is_free(scratch) {
