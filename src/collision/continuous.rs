@@ -8,6 +8,7 @@ use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 use super::checker::{CollisionChecker, CollisionScratch};
+use super::clearance::{Kind, Search};
 use super::kernel::Touch;
 
 /// How joints move in time, as far as a proof needs to know.
@@ -67,9 +68,39 @@ struct Interval {
 }
 
 /// What is known in the middle of an interval.
-struct Measured {
+struct Measured<'a> {
+    /// How far groups and pairs move within it, m.
+    group_rates: &'a [f32],
+    pair_rates: &'a [f32],
     bound: f64,
     smallest: Option<(f64, Touch)>,
+}
+
+impl Measured<'_> {
+    fn moved(&self, kind: Kind, rate: usize) -> f64 {
+        f64::from(match kind {
+            Kind::Obstacle => self.group_rates[rate],
+            Kind::Pair => self.pair_rates[rate],
+        })
+    }
+}
+
+impl Search for Measured<'_> {
+    fn enough(&self, kind: Kind, rate: usize) -> f64 {
+        let smallest = self.smallest.map_or(f64::INFINITY, |(distance, _)| distance);
+        smallest.max(self.bound + self.moved(kind, rate))
+    }
+
+    fn found(&mut self, touch: Touch, rate: usize, distance: f64) {
+        let kind = match touch {
+            Touch::Obstacle { .. } => Kind::Obstacle,
+            Touch::Bodies { .. } => Kind::Pair,
+        };
+        self.bound = self.bound.min(distance - self.moved(kind, rate));
+        if self.smallest.is_none_or(|(smallest, _)| distance < smallest) {
+            self.smallest = Some((distance, touch));
+        }
+    }
 }
 
 impl CollisionChecker {
@@ -97,13 +128,13 @@ impl CollisionChecker {
         let mut halves: Vec<_> = (0..FIRST_INTERVALS).map(|k| [first(k), first(k + 1)]).collect();
         loop {
             for [start, end] in halves.drain(..) {
-                let measured = self.measure(motion, start, end, scratch)?;
+                let (bound, smallest) = self.measure(motion, start, end, scratch)?;
                 measurements += 1;
-                let Some((distance, touch)) = measured.smallest else { return Ok(None) };
+                let Some((distance, touch)) = smallest else { return Ok(None) };
                 if least.is_none_or(|(smallest, ..)| distance < smallest) {
                     least = Some((distance, 0.5 * (start + end), touch));
                 }
-                open.push(Interval { bound: measured.bound, start, end });
+                open.push(Interval { bound, start, end });
             }
             let (Some(interval), Some((smallest_m, at, touch))) = (open.pop(), least) else {
                 return Ok(None);
@@ -121,14 +152,14 @@ impl CollisionChecker {
         }
     }
 
-    /// The clearance half way between two times, and a bound on it between them.
+    /// A bound on the clearance between two times, and what is nearest half way between them.
     fn measure(
         &self,
         motion: &impl JointMotion,
         start: f64,
         end: f64,
         scratch: &mut CollisionScratch,
-    ) -> Result<Measured, ClearanceError> {
+    ) -> Result<(f64, Option<(f64, Touch)>), ClearanceError> {
         let at = 0.5 * (start + end);
         motion.position(at, &mut scratch.from);
         if !self.is_within_reach(&scratch.from) {
@@ -137,25 +168,14 @@ impl CollisionChecker {
         scratch.exact.place(&self.model, &scratch.from);
         motion.travel(start, end, &mut scratch.delta);
         self.prepare_rates(scratch);
-        let mut measured = Measured { bound: f64::INFINITY, smallest: None };
-        for candidate in self.model.candidates() {
-            let rates = match candidate.touch {
-                Touch::Obstacle { .. } => &scratch.group_rates,
-                Touch::Bodies { .. } => &scratch.pair_rates,
-            };
-            let moved = f64::from(rates[candidate.rate]);
-            let smallest = measured.smallest.map_or(f64::INFINITY, |(distance, _)| distance);
-            let needed = smallest.max(measured.bound + moved);
-            if self.model.surely_apart(candidate.touch, &scratch.exact, needed) {
-                continue;
-            }
-            let distance = self.model.distance(candidate.touch, &scratch.exact.frames);
-            measured.bound = measured.bound.min(distance - moved);
-            if distance < smallest {
-                measured.smallest = Some((distance, candidate.touch));
-            }
-        }
-        Ok(measured)
+        let mut measured = Measured {
+            group_rates: &scratch.group_rates,
+            pair_rates: &scratch.pair_rates,
+            bound: f64::INFINITY,
+            smallest: None,
+        };
+        self.model.search(&scratch.exact, &mut measured);
+        Ok((measured.bound, measured.smallest))
     }
 
     fn out_of_reach(&self, position: &[f64], at: f64) -> ClearanceError {

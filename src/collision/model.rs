@@ -3,6 +3,8 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
+use nalgebra::Vector3;
+
 use super::chain::{Chain, Screw};
 use super::cover::{CoverSphere, ball, cluster, cover, enclose};
 use super::kernel::KernelScrew;
@@ -23,6 +25,8 @@ pub(super) struct Group {
     pub(super) screws: usize,
     /// A sphere around all of it, in that frame.
     pub(super) coarse: KernelSphere,
+    /// The same in double precision and without anything for rounding: centre and radius, m.
+    pub(super) around: (Vector3<f64>, f64),
     /// Its spheres, some neighbours at a time.
     pub(super) clusters: Range<usize>,
     pub(super) bodies: Range<usize>,
@@ -213,7 +217,7 @@ impl Model {
     }
 
     /// A ball in the world that the group never leaves.
-    fn room(&self, group: &Group) -> (nalgebra::Vector3<f64>, f64) {
+    fn room(&self, group: &Group) -> (Vector3<f64>, f64) {
         let radius = |body: &Body| body.solid.frame.origin.norm() + body.reach;
         let radius = self.bodies[group.bodies.clone()].iter().map(radius).fold(0.0, f64::max);
         self.chain.room(group.screws, radius)
@@ -322,6 +326,7 @@ impl Builder<'_> {
             link,
             screws,
             coarse: single.around(&all),
+            around: enclose(all.iter().map(|(sphere, _)| *sphere)),
             clusters: first_cluster..model.clusters.len(),
             bodies: first_body..model.bodies.len(),
             reach,
