@@ -4,6 +4,7 @@ use super::checker::{CollisionChecker, CollisionScratch, ExactFrames};
 use super::cover::ball;
 use super::kernel::Touch;
 use super::model::{Group, Model};
+use super::travel::Arms;
 use crate::geometry::Solid;
 
 /// How near the robot comes to anything it must not touch, and to what.
@@ -17,18 +18,25 @@ pub struct Clearance {
 
 /// What is looked for among everything that must not touch.
 pub(super) trait Search {
-    /// From this distance on, m, two solids are of no interest, bodies of group or pair `rate` being one of them.
-    fn enough(&self, touch: Kind, rate: usize) -> f64;
+    /// From this distance on, m, what moves like `mover` is of no interest.
+    fn enough(&self, mover: Mover<'_>) -> f64;
 
     /// Two solids whose distance is below that, m.
-    fn found(&mut self, touch: Touch, rate: usize, distance: f64);
+    fn found(&mut self, touch: Touch, mover: Mover<'_>, distance: f64);
 }
 
-/// A group against an obstacle, or a pair of groups.
+/// What moves against an obstacle, or in a pair against the other.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Kind {
-    Obstacle,
-    Pair,
+pub(super) struct Mover<'a> {
+    pub(super) of: Owner,
+    pub(super) arms: &'a Arms,
+}
+
+/// Whose rate it has.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Owner {
+    Group(usize),
+    Pair(usize),
 }
 
 /// The nearest of all.
@@ -36,11 +44,11 @@ pub(super) enum Kind {
 struct Nearest(Option<(f64, Touch)>);
 
 impl Search for Nearest {
-    fn enough(&self, _: Kind, _: usize) -> f64 {
+    fn enough(&self, _: Mover<'_>) -> f64 {
         self.0.map_or(f64::INFINITY, |(distance, _)| distance)
     }
 
-    fn found(&mut self, touch: Touch, _: usize, distance: f64) {
+    fn found(&mut self, touch: Touch, _: Mover<'_>, distance: f64) {
         self.0 = Some((distance, touch));
     }
 }
@@ -52,12 +60,12 @@ struct TooNear {
 }
 
 impl Search for TooNear {
-    fn enough(&self, _: Kind, _: usize) -> f64 {
+    fn enough(&self, _: Mover<'_>) -> f64 {
         // A distance that equals the margin is too near.
         self.margin + f64::EPSILON
     }
 
-    fn found(&mut self, touch: Touch, _: usize, distance: f64) {
+    fn found(&mut self, touch: Touch, _: Mover<'_>, distance: f64) {
         if distance <= self.margin {
             self.found.push((distance, touch));
         }
@@ -111,45 +119,40 @@ impl Model {
     /// Shows `search` every two solids that must not touch and are near enough for it.
     pub(super) fn search(&self, exact: &ExactFrames, search: &mut impl Search) {
         for (index, group) in self.groups.iter().enumerate() {
-            let around = self.around(group, exact);
+            let (around, of) = (self.around(group, exact), Owner::Group(index));
             for &obstacle in &group.kept_from {
-                let solid = &self.obstacles[obstacle].solid;
-                if solid.distance(&around) >= search.enough(Kind::Obstacle, index) {
+                let distance = self.obstacles[obstacle].solid.distance(&around);
+                if distance >= search.enough(Mover { of, arms: &group.arms }) {
                     continue;
                 }
                 for body in group.bodies.clone() {
-                    let touch = Touch::Obstacle { body, obstacle };
-                    self.show(touch, Kind::Obstacle, index, exact, search);
+                    let mover = Mover { of, arms: &self.bodies[body].arms };
+                    self.show(Touch::Obstacle { body, obstacle }, mover, exact, search);
                 }
             }
         }
         for (index, pair) in self.pairs.iter().enumerate() {
             let [first, second] = [pair.first, pair.second].map(|group| &self.groups[group]);
-            let (a, b) = (self.around(first, exact), self.around(second, exact));
-            if a.distance(&b) >= search.enough(Kind::Pair, index) {
+            let distance = self.around(first, exact).distance(&self.around(second, exact));
+            let of = Owner::Pair(index);
+            if distance >= search.enough(Mover { of, arms: &second.arms }) {
                 continue;
             }
             for first in first.bodies.clone() {
                 for second in second.bodies.clone() {
-                    self.show(Touch::Bodies { first, second }, Kind::Pair, index, exact, search);
+                    let mover = Mover { of, arms: &self.bodies[second].arms };
+                    self.show(Touch::Bodies { first, second }, mover, exact, search);
                 }
             }
         }
     }
 
-    fn show(
-        &self,
-        touch: Touch,
-        kind: Kind,
-        rate: usize,
-        exact: &ExactFrames,
-        search: &mut impl Search,
-    ) {
-        let enough = search.enough(kind, rate);
+    fn show(&self, touch: Touch, mover: Mover<'_>, exact: &ExactFrames, search: &mut impl Search) {
+        let enough = search.enough(mover);
         if !self.surely_apart(touch, exact, enough) {
             let distance = self.distance(touch, &exact.frames);
             if distance < enough {
-                search.found(touch, rate, distance);
+                search.found(touch, mover, distance);
             }
         }
     }

@@ -8,8 +8,9 @@ use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 use super::checker::{CollisionChecker, CollisionScratch};
-use super::clearance::{Kind, Search};
+use super::clearance::{Mover, Owner, Search};
 use super::kernel::Touch;
+use super::travel::Rate;
 
 /// How joints move in time, as far as a proof needs to know.
 pub trait JointMotion {
@@ -69,34 +70,31 @@ struct Interval {
 
 /// What is known in the middle of an interval.
 struct Measured<'a> {
-    /// How far groups and pairs move within it, m.
-    group_rates: &'a [f32],
-    pair_rates: &'a [f32],
+    /// How groups and pairs move within it.
+    group_rates: &'a [Rate],
+    pair_rates: &'a [Rate],
     bound: f64,
     smallest: Option<(f64, Touch)>,
 }
 
 impl Measured<'_> {
-    fn moved(&self, kind: Kind, rate: usize) -> f64 {
-        f64::from(match kind {
-            Kind::Obstacle => self.group_rates[rate],
-            Kind::Pair => self.pair_rates[rate],
-        })
+    fn moved(&self, mover: Mover<'_>) -> f64 {
+        let rate = match mover.of {
+            Owner::Group(group) => &self.group_rates[group],
+            Owner::Pair(pair) => &self.pair_rates[pair],
+        };
+        rate.of(mover.arms)
     }
 }
 
 impl Search for Measured<'_> {
-    fn enough(&self, kind: Kind, rate: usize) -> f64 {
+    fn enough(&self, mover: Mover<'_>) -> f64 {
         let smallest = self.smallest.map_or(f64::INFINITY, |(distance, _)| distance);
-        smallest.max(self.bound + self.moved(kind, rate))
+        smallest.max(self.bound + self.moved(mover))
     }
 
-    fn found(&mut self, touch: Touch, rate: usize, distance: f64) {
-        let kind = match touch {
-            Touch::Obstacle { .. } => Kind::Obstacle,
-            Touch::Bodies { .. } => Kind::Pair,
-        };
-        self.bound = self.bound.min(distance - self.moved(kind, rate));
+    fn found(&mut self, touch: Touch, mover: Mover<'_>, distance: f64) {
+        self.bound = self.bound.min(distance - self.moved(mover));
         if self.smallest.is_none_or(|(smallest, _)| distance < smallest) {
             self.smallest = Some((distance, touch));
         }

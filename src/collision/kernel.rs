@@ -10,6 +10,7 @@ use pulp::WithSimd;
 use super::chain::Screw;
 use super::lane_obstacle::{Points, squared};
 use super::model::{KernelSphere, Model, Pair};
+use super::travel::{Arms, Rate};
 use crate::math::singles::{SINGLES, Simd, SingleMask, SingleVector, Singles, single_registers};
 
 /// A screw in single precision.
@@ -56,14 +57,14 @@ pub(super) enum Lanes<'a> {
     States(&'a [Singles]),
 }
 
-/// How far things move around each lane's configuration: `rate * half_width`, m.
+/// How far things move around each lane's configuration: by their rate times the half width.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Widths<'a> {
     pub(super) half_widths: &'a Singles,
     /// Per group, against what stands still.
-    pub(super) groups: &'a [f32],
+    pub(super) groups: &'a [Rate],
     /// Per pair, against each other.
-    pub(super) pairs: &'a [f32],
+    pub(super) pairs: &'a [Rate],
 }
 
 /// Two solids whose distance the kernel needs to know exactly.
@@ -160,7 +161,7 @@ impl<const WIDE: bool> Pass<'_, '_, WIDE> {
             let frame = load_frame(simd, &self.buffers.frames[group.screws], part);
             let center = place(&frame, &group.coarse.center);
             store(&center, &mut self.buffers.coarse[index], part);
-            let grown = self.grown(simd, part, self.widths.groups, index);
+            let grown = self.grown(simd, part, &self.group_rate(index), &group.coarse.arms);
             let radius = grown + group.coarse.outer;
             for obstacles in group.obstacles.chunks(CHUNK) {
                 let near = bits(
@@ -186,7 +187,9 @@ impl<const WIDE: bool> Pass<'_, '_, WIDE> {
                     let a = load(simd, &self.buffers.coarse[pair.first], part);
                     let b = load(simd, &self.buffers.coarse[pair.second], part);
                     let outer = pair.outer(model);
-                    let radius = self.grown(simd, part, self.widths.pairs, first + place) + outer;
+                    let arms = &model.groups[pair.second].coarse.arms;
+                    let rate = self.pair_rate(first + place);
+                    let radius = self.grown(simd, part, &rate, arms) + outer;
                     squared(&between(&a, &b)).at_most(radius * radius).any()
                 },
             );
@@ -197,14 +200,26 @@ impl<const WIDE: bool> Pass<'_, '_, WIDE> {
         Ok(open)
     }
 
-    /// How far group or pair `index` moves within each lane's width.
+    /// How far a sphere with these arms moves within each lane's width, m.
     #[inline(always)]
-    fn grown<S: Simd>(&self, simd: S, part: usize, rates: &[f32], index: usize) -> SingleVector<S> {
+    fn grown<S: Simd>(&self, simd: S, part: usize, rate: &Rate, arms: &Arms) -> SingleVector<S> {
         if WIDE {
-            SingleVector::load(simd, self.widths.half_widths, part) * rates[index]
+            SingleVector::load(simd, self.widths.half_widths, part) * rate.of(arms) as f32
         } else {
             SingleVector::splat(simd, 0.0)
         }
+    }
+
+    /// How far group `index` moves against what stands still.
+    #[inline(always)]
+    fn group_rate(&self, index: usize) -> Rate {
+        if WIDE { self.widths.groups[index] } else { Rate::default() }
+    }
+
+    /// How far the groups of pair `index` move against each other.
+    #[inline(always)]
+    fn pair_rate(&self, index: usize) -> Rate {
+        if WIDE { self.widths.pairs[index] } else { Rate::default() }
     }
 
     #[inline(always)]
@@ -217,9 +232,8 @@ impl<const WIDE: bool> Pass<'_, '_, WIDE> {
     ) -> Result<u32, Stop> {
         let model = self.model;
         self.place_clusters(simd, part, index);
-        let grown = self.grown(simd, part, self.widths.groups, index);
         let solid = &model.obstacles[obstacle].lanes;
-        let rate = if WIDE { self.widths.groups[index] } else { 0.0 };
+        let rate = self.group_rate(index);
         let mut open = 0;
         let all = model.groups[index].clusters.clone();
         for first in all.clone().step_by(CHUNK) {
@@ -228,15 +242,17 @@ impl<const WIDE: bool> Pass<'_, '_, WIDE> {
                 #[inline(always)]
                 |place| {
                     let center = load(simd, &self.buffers.clusters[first + place], part);
-                    let outer = model.clusters[first + place].coarse.outer;
-                    solid.within(simd, &center, grown + (outer + solid.slack)).any()
+                    let coarse = &model.clusters[first + place].coarse;
+                    let grown = self.grown(simd, part, &rate, &coarse.arms);
+                    solid.within(simd, &center, grown + (coarse.outer + solid.slack)).any()
                 },
             );
             for cluster in ones(near).map(|place| first + place) {
                 self.place_fine(simd, part, index, cluster);
                 for sphere in model.clusters[cluster].spheres.clone() {
                     let center = load(simd, &self.buffers.fine[sphere], part);
-                    let KernelSphere { outer, inner, body, .. } = model.spheres[sphere];
+                    let KernelSphere { outer, inner, body, ref arms, .. } = model.spheres[sphere];
+                    let grown = self.grown(simd, part, &rate, arms);
                     let near = solid.within(simd, &center, grown + (outer + solid.slack));
                     if near.any() {
                         let inner = inner - solid.slack;
@@ -245,7 +261,7 @@ impl<const WIDE: bool> Pass<'_, '_, WIDE> {
                             return Err(Stop);
                         }
                         let touch = Touch::Obstacle { body, obstacle };
-                        open = self.decide(near, part, rate, open, touch)?;
+                        open = self.decide(near, part, rate.of(arms), open, touch)?;
                     }
                 }
             }
@@ -264,7 +280,7 @@ impl<const WIDE: bool> Pass<'_, '_, WIDE> {
         let model = self.model;
         self.place_clusters(simd, part, pair.first);
         self.place_clusters(simd, part, pair.second);
-        let grown = self.grown(simd, part, self.widths.pairs, index);
+        let rate = self.pair_rate(index);
         let mut open = 0;
         for first in model.groups[pair.first].clusters.clone() {
             let center = load(simd, &self.buffers.clusters[first], part);
@@ -276,14 +292,16 @@ impl<const WIDE: bool> Pass<'_, '_, WIDE> {
                     #[inline(always)]
                     |place| {
                         let other = load(simd, &self.buffers.clusters[start + place], part);
-                        let radius = grown + (outer + model.clusters[start + place].coarse.outer);
+                        let coarse = &model.clusters[start + place].coarse;
+                        let grown = self.grown(simd, part, &rate, &coarse.arms);
+                        let radius = grown + (outer + coarse.outer);
                         squared(&between(&center, &other)).at_most(radius * radius).any()
                     },
                 );
                 for second in ones(near).map(|place| start + place) {
                     self.place_fine(simd, part, pair.first, first);
                     self.place_fine(simd, part, pair.second, second);
-                    open |= self.two_clusters(simd, part, index, [first, second], grown)?;
+                    open |= self.two_clusters(simd, part, rate, [first, second])?;
                 }
             }
         }
@@ -295,12 +313,10 @@ impl<const WIDE: bool> Pass<'_, '_, WIDE> {
         &mut self,
         simd: S,
         part: usize,
-        index: usize,
+        rate: Rate,
         [first, second]: [usize; 2],
-        grown: SingleVector<S>,
     ) -> Result<u32, Stop> {
         let model = self.model;
-        let rate = if WIDE { self.widths.pairs[index] } else { 0.0 };
         let mut open = 0;
         for a in model.clusters[first].spheres.clone() {
             let (center, sphere) = (load(simd, &self.buffers.fine[a], part), &model.spheres[a]);
@@ -309,7 +325,9 @@ impl<const WIDE: bool> Pass<'_, '_, WIDE> {
                 all.len(),
                 #[inline(always)]
                 |place| {
-                    let radius = grown + (sphere.outer + model.spheres[all.start + place].outer);
+                    let other = &model.spheres[all.start + place];
+                    let grown = self.grown(simd, part, &rate, &other.arms);
+                    let radius = grown + (sphere.outer + other.outer);
                     let other = load(simd, &self.buffers.fine[all.start + place], part);
                     squared(&between(&center, &other)).at_most(radius * radius).any()
                 },
@@ -323,21 +341,28 @@ impl<const WIDE: bool> Pass<'_, '_, WIDE> {
                 if inner > 0.0 && square.at_most(sure).any() {
                     return Err(Stop);
                 }
+                let grown = self.grown(simd, part, &rate, &other.arms);
                 let radius = grown + (sphere.outer + other.outer);
                 let touch = Touch::Bodies { first: sphere.body, second: other.body };
-                open = self.decide(square.at_most(radius * radius), part, rate, open, touch)?;
+                open = self.decide(
+                    square.at_most(radius * radius),
+                    part,
+                    rate.of(&other.arms),
+                    open,
+                    touch,
+                )?;
             }
         }
         Ok(open)
     }
 
-    /// Measures the lanes of `near` that are not `open` anyway.
+    /// Measures the lanes of `near` that are not `open` anyway; the two move by `moved` (m) on the whole motion.
     #[inline(never)]
     fn decide<S: Simd>(
         &mut self,
         near: SingleMask<S>,
         part: usize,
-        rate: f32,
+        moved: f64,
         mut open: u32,
         touch: Touch,
     ) -> Result<u32, Stop> {
@@ -348,7 +373,7 @@ impl<const WIDE: bool> Pass<'_, '_, WIDE> {
             }
             let lane = part * S::F32_LANES + bit;
             let half_width = if WIDE { self.widths.half_widths.0[lane] } else { 0.0 };
-            let width = f64::from(rate) * f64::from(half_width);
+            let width = moved * f64::from(half_width);
             let distance = if width > MEASURED_WIDTH_M { width } else { (self.exact)(lane, touch) };
             if distance <= 0.0 {
                 return Err(Stop);

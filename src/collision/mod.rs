@@ -13,6 +13,7 @@ mod kernel;
 mod lane_obstacle;
 mod model;
 mod motion;
+mod travel;
 
 pub use checker::{BATCH, CollisionChecker, CollisionScratch, MotionCheck};
 pub use clearance::Clearance;

@@ -2,6 +2,7 @@
 
 use super::checker::{CollisionChecker, CollisionScratch, wrapped};
 use super::kernel::{Found, Lanes, Pass, Touch, Widths};
+use super::travel::Rate;
 use crate::math::singles::{SINGLES, Singles};
 
 /// A part of a motion, as shares of it.
@@ -184,30 +185,20 @@ impl CollisionChecker {
         true
     }
 
-    /// How far each group and each pair moves on the whole of the motion, m; the largest of all.
+    /// How far each group and each pair moves on the whole of the motion; the furthest of all groups, m.
     pub(super) fn prepare_rates(&self, scratch: &mut CollisionScratch) -> f64 {
-        /// Rounding must not make a bound smaller.
-        const UP: f64 = 1.0 + 1e-6;
         let CollisionScratch { delta, group_rates, pair_rates, .. } = scratch;
-        let moved = |screws: std::ops::Range<usize>, reach: &[f64]| {
-            let screws = screws.map(|index| {
-                let screw = &self.model.chain.screws[index];
-                (screw.ratio * delta[screw.joint]).abs() * reach[index]
-            });
-            screws.sum::<f64>() * UP
-        };
-        let mut fastest = f64::MIN_POSITIVE;
-        for (rate, group) in group_rates.iter_mut().zip(&self.model.groups) {
-            let moved = moved(0..group.screws, &group.reach);
-            fastest = fastest.max(moved);
-            *rate = moved as f32;
+        let (chain, groups) = (&self.model.chain, &self.model.groups);
+        let mut furthest = f64::MIN_POSITIVE;
+        for (rate, group) in group_rates.iter_mut().zip(groups) {
+            *rate = Rate::new(chain, 0..group.screws, &group.levers, delta);
+            furthest = furthest.max(rate.of(&group.arms));
         }
         for (rate, pair) in pair_rates.iter_mut().zip(&self.model.pairs) {
-            // Seen from the first, only the joints between both move the second.
-            let (first, second) = (&self.model.groups[pair.first], &self.model.groups[pair.second]);
-            *rate = moved(first.screws..second.screws, &second.reach) as f32;
+            let second = &groups[pair.second];
+            *rate = Rate::new(chain, pair.from_screw..second.screws, &second.levers, delta);
         }
-        fastest
+        furthest
     }
 }
 
