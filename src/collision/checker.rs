@@ -2,7 +2,8 @@
 
 use nalgebra::Vector3;
 
-use super::kernel::{Buffers, Found, Lanes, Pass, Touch, Widths};
+use super::kernel::{Buffers, Found, Pass, Touch, Widths};
+use super::lane_chain::Lanes;
 use super::model::Model;
 use super::motion::Interval;
 use super::travel::Rate;

@@ -7,55 +7,11 @@
 
 use pulp::WithSimd;
 
-use super::chain::Screw;
+use super::lane_chain::{Lanes, base_frame, forward, load, load_frame, place, store};
 use super::lane_obstacle::{Points, squared};
 use super::model::{KernelSphere, Model, Pair};
 use super::travel::{Arms, Rate};
-use crate::math::singles::{SINGLES, Simd, SingleMask, SingleVector, Singles, single_registers};
-
-/// A screw in single precision.
-#[derive(Clone, Debug)]
-pub(super) struct KernelScrew {
-    turn: Turn,
-    shift: [f32; 3],
-    turns: bool,
-}
-
-/// The rotation before a screw; nearly all are multiples of a right angle about x.
-#[derive(Clone, Debug)]
-enum Turn {
-    None,
-    /// y becomes z, z becomes -y.
-    Quarter,
-    /// y becomes -z, z becomes y.
-    Back,
-    /// Columns.
-    Any([[f32; 3]; 3]),
-}
-
-impl KernelScrew {
-    pub(super) fn new(screw: &Screw) -> Self {
-        let frame = &screw.constant;
-        let single = |v: &nalgebra::Vector3<f64>| [v.x as f32, v.y as f32, v.z as f32];
-        let columns = [single(&frame.x), single(&frame.y), single(&frame.z)];
-        let turn = match columns {
-            [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]] => Turn::None,
-            [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]] => Turn::Quarter,
-            [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]] => Turn::Back,
-            _ => Turn::Any(columns),
-        };
-        Self { turn, shift: single(&frame.origin), turns: screw.turns }
-    }
-}
-
-/// Where the lanes are.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Lanes<'a> {
-    /// On one straight motion: `base + share * travel` per screw.
-    Motion { shares: &'a Singles, base: &'a [f32], travel: &'a [f32] },
-    /// Anywhere: a position per screw and lane.
-    States(&'a [Singles]),
-}
+use crate::math::singles::{Simd, SingleMask, SingleVector, Singles, single_registers};
 
 /// How far things move around each lane's configuration: by their rate times the half width.
 #[derive(Clone, Copy, Debug)]
@@ -90,11 +46,7 @@ pub(super) struct Buffers {
 impl Buffers {
     pub(super) fn new(model: &Model) -> Self {
         let mut frames = vec![[Singles::ZERO; 12]; model.screws.len() + 1];
-        let base = &model.chain.world_from_base;
-        let vectors = [base.x, base.y, base.z, base.origin];
-        for (slot, value) in frames[0].iter_mut().zip(vectors.iter().flat_map(|v| v.iter())) {
-            *slot = Singles([*value as f32; SINGLES]);
-        }
+        frames[0] = base_frame(&model.chain.world_from_base);
         Self {
             frames,
             coarse: vec![[Singles::ZERO; 3]; model.groups.len()],
@@ -153,9 +105,16 @@ impl<const WIDE: bool> Pass<'_, '_, WIDE> {
     #[inline(always)]
     fn check<S: Simd>(&mut self, simd: S, part: usize) -> Result<u32, Stop> {
         let model = self.model;
-        forward(simd, part, model, &self.lanes, &mut self.buffers.frames);
+        forward(simd, part, &model.screws, &self.lanes, &mut self.buffers.frames);
         self.buffers.groups_ready.fill(false);
         self.buffers.clusters_ready.fill(false);
+        Ok(self.all_groups(simd, part)? | self.all_pairs(simd, part)?)
+    }
+
+    /// Every group against the obstacles it can reach.
+    #[inline(always)]
+    fn all_groups<S: Simd>(&mut self, simd: S, part: usize) -> Result<u32, Stop> {
+        let model = self.model;
         let mut open = 0;
         for (index, group) in model.groups.iter().enumerate() {
             let frame = load_frame(simd, &self.buffers.frames[group.screws], part);
@@ -177,6 +136,14 @@ impl<const WIDE: bool> Pass<'_, '_, WIDE> {
                 }
             }
         }
+        Ok(open)
+    }
+
+    /// Every two groups that must not touch.
+    #[inline(always)]
+    fn all_pairs<S: Simd>(&mut self, simd: S, part: usize) -> Result<u32, Stop> {
+        let model = self.model;
+        let mut open = 0;
         for (chunk, pairs) in model.pairs.chunks(CHUNK).enumerate() {
             let first = chunk * CHUNK;
             let near = bits(
@@ -436,109 +403,7 @@ fn ones(mut bits: u64) -> impl Iterator<Item = usize> {
     })
 }
 
-/// Axes and origin.
-type Frame<S> = [Points<S>; 4];
-
-/// Forward kinematics of one register of lanes.
-#[inline(always)]
-fn forward<S: Simd>(
-    simd: S,
-    part: usize,
-    model: &Model,
-    lanes: &Lanes<'_>,
-    frames: &mut [[Singles; 12]],
-) {
-    let [mut x, mut y, mut z, mut origin] = load_frame(simd, &frames[0], part);
-    for (index, screw) in model.screws.iter().enumerate() {
-        for (axis, &shift) in [x, y, z].iter().zip(&screw.shift) {
-            if shift != 0.0 {
-                for row in 0..3 {
-                    origin[row] = axis[row].mul_add_number(shift, origin[row]);
-                }
-            }
-        }
-        match &screw.turn {
-            Turn::None => {}
-            Turn::Quarter => (y, z) = (z, y.map(|value| -value)),
-            Turn::Back => (y, z) = (z.map(|value| -value), y),
-            Turn::Any(columns) => {
-                let turned = columns.map(|column| combine(&x, &y, &z, &column));
-                [x, y, z] = turned;
-            }
-        }
-        let position = match lanes {
-            Lanes::Motion { shares, base, travel } => SingleVector::load(simd, shares, part)
-                .mul_add_number(travel[index], SingleVector::splat(simd, base[index])),
-            Lanes::States(positions) => SingleVector::load(simd, &positions[index], part),
-        };
-        if screw.turns {
-            let (sin, cos) = position.sin_cos();
-            for row in 0..3 {
-                let (old_x, old_y) = (x[row], y[row]);
-                x[row] = old_y.mul_add(sin, old_x * cos);
-                y[row] = old_y.mul_add(cos, -(old_x * sin));
-            }
-        } else {
-            for row in 0..3 {
-                origin[row] = z[row].mul_add(position, origin[row]);
-            }
-        }
-        store_frame(&[x, y, z, origin], &mut frames[index + 1], part);
-    }
-}
-
-#[inline(always)]
-fn combine<S: Simd>(x: &Points<S>, y: &Points<S>, z: &Points<S>, column: &[f32; 3]) -> Points<S> {
-    let row = |row: usize| {
-        let sum = y[row].mul_add_number(column[1], z[row] * column[2]);
-        x[row].mul_add_number(column[0], sum)
-    };
-    [row(0), row(1), row(2)]
-}
-
-/// A point of a frame in the world.
-#[inline(always)]
-fn place<S: Simd>([x, y, z, origin]: &Frame<S>, point: &[f32; 3]) -> Points<S> {
-    let row = |row: usize| {
-        let sum = z[row].mul_add_number(point[2], origin[row]);
-        let sum = y[row].mul_add_number(point[1], sum);
-        x[row].mul_add_number(point[0], sum)
-    };
-    [row(0), row(1), row(2)]
-}
-
 #[inline(always)]
 fn between<S: Simd>(a: &Points<S>, b: &Points<S>) -> Points<S> {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-#[inline(always)]
-fn load<S: Simd>(simd: S, lanes: &[Singles; 3], part: usize) -> Points<S> {
-    let row = |row: usize| SingleVector::load(simd, &lanes[row], part);
-    [row(0), row(1), row(2)]
-}
-
-#[inline(always)]
-fn store<S: Simd>(points: &Points<S>, lanes: &mut [Singles; 3], part: usize) {
-    for (row, lanes) in points.iter().zip(lanes) {
-        row.store(lanes, part);
-    }
-}
-
-#[inline(always)]
-fn load_frame<S: Simd>(simd: S, lanes: &[Singles; 12], part: usize) -> Frame<S> {
-    let row = |row: usize| SingleVector::load(simd, &lanes[row], part);
-    [
-        [row(0), row(1), row(2)],
-        [row(3), row(4), row(5)],
-        [row(6), row(7), row(8)],
-        [row(9), row(10), row(11)],
-    ]
-}
-
-#[inline(always)]
-fn store_frame<S: Simd>(frame: &Frame<S>, lanes: &mut [Singles; 12], part: usize) {
-    for (row, lanes) in frame.iter().flatten().zip(lanes) {
-        row.store(lanes, part);
-    }
 }

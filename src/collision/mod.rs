@@ -10,6 +10,7 @@ mod clearance;
 mod continuous;
 mod cover;
 mod kernel;
+mod lane_chain;
 mod lane_obstacle;
 mod model;
 mod motion;

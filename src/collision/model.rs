@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 
 use super::chain::{Chain, Screw};
 use super::cover::{CoverSphere, ball, cluster, cover, enclose};
-use super::kernel::KernelScrew;
+use super::lane_chain::KernelScrew;
 use super::lane_obstacle::{LaneObstacle, UNIT_ROUNDOFF};
 use super::travel::Arms;
 use crate::fault::Faults;
@@ -316,14 +316,12 @@ impl Builder<'_> {
         let off = rounding(&model.chain.screws[..screws], &levers, radius, extent);
         let single = Singly { margin: model.margin, off };
         let first_cluster = model.clusters.len();
-        let mut start = 0;
-        for end in ends {
-            let spheres = &all[start..end];
+        let starts = std::iter::once(0).chain(ends.iter().copied());
+        for (start, &end) in starts.zip(&ends) {
             model.clusters.push(Cluster {
-                coarse: single.around(spheres),
+                coarse: single.around(&all[start..end]),
                 spheres: first_sphere + start..first_sphere + end,
             });
-            start = end;
         }
         model.spheres.extend(all.iter().map(|(sphere, body)| single.sphere(sphere, *body)));
         for (index, (name, solid)) in solids.into_iter().enumerate() {

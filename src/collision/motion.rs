@@ -1,7 +1,8 @@
 //! Straight motions between two configurations.
 
 use super::checker::{CollisionChecker, CollisionScratch, wrapped};
-use super::kernel::{Found, Lanes, Pass, Touch, Widths};
+use super::kernel::{Found, Pass, Touch, Widths};
+use super::lane_chain::Lanes;
 use super::travel::Rate;
 use crate::math::singles::{SINGLES, Singles};
 

@@ -116,23 +116,23 @@ impl<S: Simd> SingleVector<S> {
         const REST: f32 = -1.748_455_6e-7;
         /// Adding and taking away 3 * 2^22 rounds to a whole number.
         const ROUND: f32 = 12_582_912.0;
-        let splat = |value: f32| Self::splat(self.simd, value);
-        let turns = self.mul_add_number(1.0 / TURN, splat(ROUND)) - splat(ROUND);
+        let turns = self.mul_add_number(1.0 / TURN, Self::splat(self.simd, ROUND))
+            - Self::splat(self.simd, ROUND);
         let angle = turns.mul_add_number(-TURN, self);
         let angle = turns.mul_add_number(-REST, angle);
         let half = angle * 0.5;
         let square = half * half;
-        let mut sine = splat(SINE[SINE.len() - 1]);
+        let mut sine = Self::splat(self.simd, SINE[SINE.len() - 1]);
         for &coefficient in SINE[..SINE.len() - 1].iter().rev() {
-            sine = sine.mul_add(square, splat(coefficient));
+            sine = sine.mul_add(square, Self::splat(self.simd, coefficient));
         }
-        let mut cosine = splat(COSINE[COSINE.len() - 1]);
+        let mut cosine = Self::splat(self.simd, COSINE[COSINE.len() - 1]);
         for &coefficient in COSINE[..COSINE.len() - 1].iter().rev() {
-            cosine = cosine.mul_add(square, splat(coefficient));
+            cosine = cosine.mul_add(square, Self::splat(self.simd, coefficient));
         }
         let sine = sine * half;
         let twice = sine + sine;
-        (twice * cosine, (-twice).mul_add(sine, splat(1.0)))
+        (twice * cosine, (-twice).mul_add(sine, Self::splat(self.simd, 1.0)))
     }
 }
 
