@@ -97,27 +97,18 @@ impl Chain {
         }
     }
 
-    /// How far a point moves at most per unit of each screw, if it stays within `radius` of `axis_radius` around the axis of
-    /// the last of the first `screws` screws and within `radius` of that frame's origin: m/rad, or 1 for sliding joints.
-    ///
-    /// Turning moves a point by no more than its distance from the axis, which is no more than the sum of what lies between:
-    /// lengths of constants, travels of sliding joints, and the radius.
-    pub(super) fn reach(&self, screws: usize, radius: f64, axis_radius: f64) -> Vec<f64> {
-        let mut reach = vec![0.0; screws];
-        let mut distance = radius;
-        for index in (0..screws).rev() {
-            let screw = &self.screws[index];
-            reach[index] = match screw.turns {
-                true if index + 1 == screws => axis_radius,
-                true => distance,
-                false => 1.0,
-            };
+    /// How far the origin after `screws` screws is at most from the origin after each of them, m.
+    pub(super) fn levers(&self, screws: usize) -> Vec<f64> {
+        let mut levers = vec![0.0; screws];
+        let mut distance = 0.0;
+        for (lever, screw) in levers.iter_mut().zip(&self.screws).rev() {
+            *lever = distance;
             distance += screw.constant.origin.norm();
             if !screw.turns {
                 distance += screw.travel;
             }
         }
-        reach
+        levers
     }
 
     /// A ball in the world that a point within `radius` of the origin after `screws` screws never leaves.
@@ -157,6 +148,7 @@ fn exact(transform: Transform) -> Transform {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::collision::travel::{Arms, Rate};
     use crate::math::random::RandomStream;
     use crate::robot::{LinkFrames, catalogue};
 
@@ -195,7 +187,7 @@ mod tests {
 
     /// What continuous checks rest on.
     #[test]
-    fn no_point_moves_further_than_its_reach() {
+    fn no_point_moves_further_than_its_rate() {
         let robot = catalogue::get("ur5e").unwrap();
         let chain = Chain::new(&robot).unwrap();
         let mut random = RandomStream::new(2, 0);
@@ -203,14 +195,14 @@ mod tests {
         for _ in 0..2000 {
             let screws = 1 + (random.unit() * 6.0) as usize;
             let point = Vector3::from_fn(|_, _| random.uniform(-0.2, 0.2));
-            let reach = chain.reach(screws, point.norm(), point.xy().norm());
             let from: Vec<_> = (0..6).map(|_| random.uniform(-3.0, 3.0)).collect();
             let to: Vec<_> = from.iter().map(|q| q + random.uniform(-0.3, 0.3)).collect();
             chain.forward(&from, &mut before);
             chain.forward(&to, &mut after);
             let moved = (before[screws].point(&point) - after[screws].point(&point)).norm();
-            let bound: f64 =
-                (0..screws).map(|index| reach[index] * (to[index] - from[index]).abs()).sum();
+            let delta: Vec<_> = from.iter().zip(&to).map(|(from, to)| to - from).collect();
+            let arms = Arms { whole: point.norm(), about_axis: point.xy().norm() };
+            let bound = Rate::new(&chain, 0..screws, &chain.levers(screws), &delta).of(&arms);
             assert!(moved <= bound, "{moved} {bound}");
             let (center, radius) = chain.room(screws, point.norm());
             assert!((before[screws].point(&point) - center).norm() <= radius + 1e-12);

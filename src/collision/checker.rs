@@ -2,9 +2,11 @@
 
 use nalgebra::Vector3;
 
-use super::kernel::{Buffers, Found, Lanes, Pass, Touch, Widths};
+use super::kernel::{Buffers, Found, Pass, Touch, Widths};
+use super::lane_chain::Lanes;
 use super::model::Model;
 use super::motion::Interval;
+use super::travel::Rate;
 use crate::fault::Faults;
 use crate::geometry::Transform;
 use crate::math::singles::{SINGLES, Singles};
@@ -42,9 +44,9 @@ pub struct CollisionScratch {
     /// The same per screw, for the kernel.
     pub(super) base: Vec<f32>,
     pub(super) travel: Vec<f32>,
-    /// How far groups and pairs move on it, m.
-    pub(super) group_rates: Vec<f32>,
-    pub(super) pair_rates: Vec<f32>,
+    /// How far groups and pairs move on it.
+    pub(super) group_rates: Vec<Rate>,
+    pub(super) pair_rates: Vec<Rate>,
     pub(super) intervals: Vec<Interval>,
     pub(super) exact: ExactFrames,
 }
@@ -90,8 +92,8 @@ impl CollisionChecker {
             delta: vec![0.0; dof],
             base: vec![0.0; screws],
             travel: vec![0.0; screws],
-            group_rates: vec![0.0; self.model.groups.len()],
-            pair_rates: vec![0.0; self.model.pairs.len()],
+            group_rates: vec![Rate::default(); self.model.groups.len()],
+            pair_rates: vec![Rate::default(); self.model.pairs.len()],
             intervals: Vec::new(),
             exact: ExactFrames { configuration: vec![0.0; dof], ..ExactFrames::default() },
         }

@@ -3,7 +3,9 @@
 use super::checker::{CollisionChecker, CollisionScratch, ExactFrames};
 use super::cover::ball;
 use super::kernel::Touch;
-use super::model::Model;
+use super::model::{Group, Model};
+use super::travel::Arms;
+use crate::geometry::Solid;
 
 /// How near the robot comes to anything it must not touch, and to what.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,12 +16,60 @@ pub struct Clearance {
     pub pair: [String; 2],
 }
 
-/// Two bodies, or a body and an obstacle, and how far they move against each other.
+/// What is looked for among everything that must not touch.
+pub(super) trait Search {
+    /// From this distance on, m, what moves like `mover` is of no interest.
+    fn enough(&self, mover: Mover<'_>) -> f64;
+
+    /// Two solids whose distance is below that, m.
+    fn found(&mut self, touch: Touch, mover: Mover<'_>, distance: f64);
+}
+
+/// What moves against an obstacle, or in a pair against the other.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Candidate {
-    pub(super) touch: Touch,
-    /// Of group or pair, in the list of rates.
-    pub(super) rate: usize,
+pub(super) struct Mover<'a> {
+    pub(super) of: Owner,
+    pub(super) arms: &'a Arms,
+}
+
+/// Whose rate it has.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Owner {
+    Group(usize),
+    Pair(usize),
+}
+
+/// The nearest of all.
+#[derive(Default)]
+struct Nearest(Option<(f64, Touch)>);
+
+impl Search for Nearest {
+    fn enough(&self, _: Mover<'_>) -> f64 {
+        self.0.map_or(f64::INFINITY, |(distance, _)| distance)
+    }
+
+    fn found(&mut self, touch: Touch, _: Mover<'_>, distance: f64) {
+        self.0 = Some((distance, touch));
+    }
+}
+
+/// All that is too near.
+struct TooNear {
+    margin: f64,
+    found: Vec<(f64, Touch)>,
+}
+
+impl Search for TooNear {
+    fn enough(&self, _: Mover<'_>) -> f64 {
+        // A distance that equals the margin is too near.
+        self.margin + f64::EPSILON
+    }
+
+    fn found(&mut self, touch: Touch, _: Mover<'_>, distance: f64) {
+        if distance <= self.margin {
+            self.found.push((distance, touch));
+        }
+    }
 }
 
 impl CollisionChecker {
@@ -32,18 +82,10 @@ impl CollisionChecker {
     pub fn clearance(&self, state: &[f64], scratch: &mut CollisionScratch) -> Option<Clearance> {
         assert!(self.is_within_reach(state), "positions are finite and within reach");
         scratch.exact.place(&self.model, state);
-        let mut nearest: Option<(f64, Touch)> = None;
-        for candidate in self.model.candidates() {
-            let best = nearest.map_or(f64::INFINITY, |(distance, _)| distance);
-            if self.model.surely_apart(candidate.touch, &scratch.exact, best) {
-                continue;
-            }
-            let distance = self.model.distance(candidate.touch, &scratch.exact.frames);
-            if distance < best {
-                nearest = Some((distance, candidate.touch));
-            }
-        }
+        let mut nearest = Nearest::default();
+        self.model.search(&scratch.exact, &mut nearest);
         nearest
+            .0
             .map(|(distance_m, touch)| Clearance { distance_m, pair: self.model.pair_names(touch) })
     }
 
@@ -55,14 +97,12 @@ impl CollisionChecker {
     pub fn contacts(&self, state: &[f64], scratch: &mut CollisionScratch) -> Vec<Clearance> {
         assert!(self.is_within_reach(state), "positions are finite and within reach");
         scratch.exact.place(&self.model, state);
-        let distances = self.model.candidates().map(|Candidate { touch, .. }| Clearance {
-            distance_m: self.model.distance(touch, &scratch.exact.frames),
-            pair: self.model.pair_names(touch),
-        });
-        let mut contacts: Vec<_> =
-            distances.filter(|contact| contact.distance_m <= self.model.margin).collect();
-        contacts.sort_by(|a, b| a.distance_m.total_cmp(&b.distance_m));
-        contacts
+        let mut near = TooNear { margin: self.model.margin, found: Vec::new() };
+        self.model.search(&scratch.exact, &mut near);
+        near.found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let contact =
+            |(distance_m, touch)| Clearance { distance_m, pair: self.model.pair_names(touch) };
+        near.found.into_iter().map(contact).collect()
     }
 }
 
@@ -76,34 +116,59 @@ impl ExactFrames {
 }
 
 impl Model {
-    /// Every two solids that must not touch, bodies against obstacles first.
-    pub(super) fn candidates(&self) -> impl Iterator<Item = Candidate> {
-        let scene = self.groups.iter().enumerate().flat_map(|(rate, group)| {
-            group.bodies.clone().flat_map(move |body| {
-                let touch = move |&obstacle: &usize| Touch::Obstacle { body, obstacle };
-                group.kept_from.iter().map(touch).map(move |touch| Candidate { touch, rate })
-            })
-        });
-        let own = self.pairs.iter().enumerate().flat_map(move |(rate, pair)| {
-            self.groups[pair.first].bodies.clone().flat_map(move |first| {
-                let touch = move |second: usize| Touch::Bodies { first, second };
-                let seconds = self.groups[pair.second].bodies.clone();
-                seconds.map(touch).map(move |touch| Candidate { touch, rate })
-            })
-        });
-        scene.chain(own)
+    /// Shows `search` every two solids that must not touch and are near enough for it.
+    pub(super) fn search(&self, exact: &ExactFrames, search: &mut impl Search) {
+        for (index, group) in self.groups.iter().enumerate() {
+            let (around, of) = (self.around(group, exact), Owner::Group(index));
+            for &obstacle in &group.kept_from {
+                let distance = self.obstacles[obstacle].solid.distance(&around);
+                if distance >= search.enough(Mover { of, arms: &group.arms }) {
+                    continue;
+                }
+                for body in group.bodies.clone() {
+                    let mover = Mover { of, arms: &self.bodies[body].arms };
+                    self.show(Touch::Obstacle { body, obstacle }, mover, exact, search);
+                }
+            }
+        }
+        for (index, pair) in self.pairs.iter().enumerate() {
+            let [first, second] = [pair.first, pair.second].map(|group| &self.groups[group]);
+            let distance = self.around(first, exact).distance(&self.around(second, exact));
+            let of = Owner::Pair(index);
+            if distance >= search.enough(Mover { of, arms: &second.arms }) {
+                continue;
+            }
+            for first in first.bodies.clone() {
+                for second in second.bodies.clone() {
+                    let mover = Mover { of, arms: &self.bodies[second].arms };
+                    self.show(Touch::Bodies { first, second }, mover, exact, search);
+                }
+            }
+        }
+    }
+
+    fn show(&self, touch: Touch, mover: Mover<'_>, exact: &ExactFrames, search: &mut impl Search) {
+        let enough = search.enough(mover);
+        if !self.surely_apart(touch, exact, enough) {
+            let distance = self.distance(touch, &exact.frames);
+            if distance < enough {
+                search.found(touch, mover, distance);
+            }
+        }
+    }
+
+    /// A ball around all of a group.
+    fn around(&self, group: &Group, exact: &ExactFrames) -> Solid {
+        let (center, radius) = group.around;
+        ball(exact.frames[group.screws].point(&center), radius)
     }
 
     /// True if bounding spheres are `distance` apart already.
-    pub(super) fn surely_apart(&self, touch: Touch, exact: &ExactFrames, distance: f64) -> bool {
+    fn surely_apart(&self, touch: Touch, exact: &ExactFrames, distance: f64) -> bool {
         match touch {
             Touch::Obstacle { body, obstacle } => {
-                let (body_origin, reach) =
-                    (self.origin(body, &exact.frames), self.bodies[body].reach);
-                let obstacle = &self.obstacles[obstacle];
-                let spheres = (body_origin - obstacle.solid.frame.origin).norm();
-                spheres - reach - obstacle.reach >= distance
-                    || obstacle.solid.distance(&ball(body_origin, reach)) >= distance
+                let around = ball(self.origin(body, &exact.frames), self.bodies[body].reach);
+                self.obstacles[obstacle].solid.distance(&around) >= distance
             }
             Touch::Bodies { first, second } => {
                 let away = self.origin(first, &exact.frames) - self.origin(second, &exact.frames);

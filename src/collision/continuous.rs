@@ -8,7 +8,9 @@ use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 use super::checker::{CollisionChecker, CollisionScratch};
+use super::clearance::{Mover, Owner, Search};
 use super::kernel::Touch;
+use super::travel::Rate;
 
 /// How joints move in time, as far as a proof needs to know.
 pub trait JointMotion {
@@ -67,9 +69,36 @@ struct Interval {
 }
 
 /// What is known in the middle of an interval.
-struct Measured {
+struct Measured<'a> {
+    /// How groups and pairs move within it.
+    group_rates: &'a [Rate],
+    pair_rates: &'a [Rate],
     bound: f64,
     smallest: Option<(f64, Touch)>,
+}
+
+impl Measured<'_> {
+    fn moved(&self, mover: Mover<'_>) -> f64 {
+        let rate = match mover.of {
+            Owner::Group(group) => &self.group_rates[group],
+            Owner::Pair(pair) => &self.pair_rates[pair],
+        };
+        rate.of(mover.arms)
+    }
+}
+
+impl Search for Measured<'_> {
+    fn enough(&self, mover: Mover<'_>) -> f64 {
+        let smallest = self.smallest.map_or(f64::INFINITY, |(distance, _)| distance);
+        smallest.max(self.bound + self.moved(mover))
+    }
+
+    fn found(&mut self, touch: Touch, mover: Mover<'_>, distance: f64) {
+        self.bound = self.bound.min(distance - self.moved(mover));
+        if self.smallest.is_none_or(|(smallest, _)| distance < smallest) {
+            self.smallest = Some((distance, touch));
+        }
+    }
 }
 
 impl CollisionChecker {
@@ -97,13 +126,13 @@ impl CollisionChecker {
         let mut halves: Vec<_> = (0..FIRST_INTERVALS).map(|k| [first(k), first(k + 1)]).collect();
         loop {
             for [start, end] in halves.drain(..) {
-                let measured = self.measure(motion, start, end, scratch)?;
+                let (bound, smallest) = self.measure(motion, start, end, scratch)?;
                 measurements += 1;
-                let Some((distance, touch)) = measured.smallest else { return Ok(None) };
+                let Some((distance, touch)) = smallest else { return Ok(None) };
                 if least.is_none_or(|(smallest, ..)| distance < smallest) {
                     least = Some((distance, 0.5 * (start + end), touch));
                 }
-                open.push(Interval { bound: measured.bound, start, end });
+                open.push(Interval { bound, start, end });
             }
             let (Some(interval), Some((smallest_m, at, touch))) = (open.pop(), least) else {
                 return Ok(None);
@@ -121,14 +150,14 @@ impl CollisionChecker {
         }
     }
 
-    /// The clearance half way between two times, and a bound on it between them.
+    /// A bound on the clearance between two times, and what is nearest half way between them.
     fn measure(
         &self,
         motion: &impl JointMotion,
         start: f64,
         end: f64,
         scratch: &mut CollisionScratch,
-    ) -> Result<Measured, ClearanceError> {
+    ) -> Result<(f64, Option<(f64, Touch)>), ClearanceError> {
         let at = 0.5 * (start + end);
         motion.position(at, &mut scratch.from);
         if !self.is_within_reach(&scratch.from) {
@@ -137,25 +166,14 @@ impl CollisionChecker {
         scratch.exact.place(&self.model, &scratch.from);
         motion.travel(start, end, &mut scratch.delta);
         self.prepare_rates(scratch);
-        let mut measured = Measured { bound: f64::INFINITY, smallest: None };
-        for candidate in self.model.candidates() {
-            let rates = match candidate.touch {
-                Touch::Obstacle { .. } => &scratch.group_rates,
-                Touch::Bodies { .. } => &scratch.pair_rates,
-            };
-            let moved = f64::from(rates[candidate.rate]);
-            let smallest = measured.smallest.map_or(f64::INFINITY, |(distance, _)| distance);
-            let needed = smallest.max(measured.bound + moved);
-            if self.model.surely_apart(candidate.touch, &scratch.exact, needed) {
-                continue;
-            }
-            let distance = self.model.distance(candidate.touch, &scratch.exact.frames);
-            measured.bound = measured.bound.min(distance - moved);
-            if distance < smallest {
-                measured.smallest = Some((distance, candidate.touch));
-            }
-        }
-        Ok(measured)
+        let mut measured = Measured {
+            group_rates: &scratch.group_rates,
+            pair_rates: &scratch.pair_rates,
+            bound: f64::INFINITY,
+            smallest: None,
+        };
+        self.model.search(&scratch.exact, &mut measured);
+        Ok((measured.bound, measured.smallest))
     }
 
     fn out_of_reach(&self, position: &[f64], at: f64) -> ClearanceError {

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::travel::Arms;
 use crate::geometry::{Core, Solid, Transform};
 
 type Point = Vector3<f64>;
@@ -14,6 +15,8 @@ pub(super) struct CoverSphere {
     pub(super) outer: f64,
     /// As much around the centre lies within the solid; negative if the centre does not.
     pub(super) inner: f64,
+    /// Of the sphere and of the part of the solid that it covers.
+    pub(super) arms: Arms,
 }
 
 /// How far spheres may bulge from a long solid, as a share of its thickness.
@@ -65,7 +68,15 @@ fn row(solid: &Solid, half_length: f64, parts: usize) -> Vec<CoverSphere> {
 /// The sphere around a point of the solid's own frame.
 fn sphere(solid: &Solid, local: Point, outer: f64) -> CoverSphere {
     let center = solid.frame.point(&local);
-    CoverSphere { center, outer, inner: -solid.distance(&ball(center, 0.0)) }
+    // What the sphere covers of a capsule is a shorter one, whose line reaches so far from the centre.
+    let line = (outer * outer - solid.radius * solid.radius).max(0.0).sqrt();
+    let (along, across) = match &solid.core {
+        Core::Point => (0.0, 0.0),
+        Core::Segment { .. } => (line, line * solid.frame.z.xy().norm()),
+        _ => (outer, outer),
+    };
+    let arms = Arms { whole: center.norm() + along, about_axis: center.xy().norm() + across };
+    CoverSphere { center, outer, inner: -solid.distance(&ball(center, 0.0)), arms }
 }
 
 fn parts(length: f64, part: f64) -> usize {

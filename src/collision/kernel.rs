@@ -7,63 +7,20 @@
 
 use pulp::WithSimd;
 
-use super::chain::Screw;
+use super::lane_chain::{Lanes, base_frame, forward, load, load_frame, place, store};
 use super::lane_obstacle::{Points, squared};
 use super::model::{KernelSphere, Model, Pair};
-use crate::math::singles::{SINGLES, Simd, SingleMask, SingleVector, Singles, single_registers};
+use super::travel::{Arms, Rate};
+use crate::math::singles::{Simd, SingleMask, SingleVector, Singles, single_registers};
 
-/// A screw in single precision.
-#[derive(Clone, Debug)]
-pub(super) struct KernelScrew {
-    turn: Turn,
-    shift: [f32; 3],
-    turns: bool,
-}
-
-/// The rotation before a screw; nearly all are multiples of a right angle about x.
-#[derive(Clone, Debug)]
-enum Turn {
-    None,
-    /// y becomes z, z becomes -y.
-    Quarter,
-    /// y becomes -z, z becomes y.
-    Back,
-    /// Columns.
-    Any([[f32; 3]; 3]),
-}
-
-impl KernelScrew {
-    pub(super) fn new(screw: &Screw) -> Self {
-        let frame = &screw.constant;
-        let single = |v: &nalgebra::Vector3<f64>| [v.x as f32, v.y as f32, v.z as f32];
-        let columns = [single(&frame.x), single(&frame.y), single(&frame.z)];
-        let turn = match columns {
-            [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]] => Turn::None,
-            [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]] => Turn::Quarter,
-            [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]] => Turn::Back,
-            _ => Turn::Any(columns),
-        };
-        Self { turn, shift: single(&frame.origin), turns: screw.turns }
-    }
-}
-
-/// Where the lanes are.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Lanes<'a> {
-    /// On one straight motion: `base + share * travel` per screw.
-    Motion { shares: &'a Singles, base: &'a [f32], travel: &'a [f32] },
-    /// Anywhere: a position per screw and lane.
-    States(&'a [Singles]),
-}
-
-/// How far things move around each lane's configuration: `rate * half_width`, m.
+/// How far things move around each lane's configuration: by their rate times the half width.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Widths<'a> {
     pub(super) half_widths: &'a Singles,
     /// Per group, against what stands still.
-    pub(super) groups: &'a [f32],
+    pub(super) groups: &'a [Rate],
     /// Per pair, against each other.
-    pub(super) pairs: &'a [f32],
+    pub(super) pairs: &'a [Rate],
 }
 
 /// Two solids whose distance the kernel needs to know exactly.
@@ -89,11 +46,7 @@ pub(super) struct Buffers {
 impl Buffers {
     pub(super) fn new(model: &Model) -> Self {
         let mut frames = vec![[Singles::ZERO; 12]; model.screws.len() + 1];
-        let base = &model.chain.world_from_base;
-        let vectors = [base.x, base.y, base.z, base.origin];
-        for (slot, value) in frames[0].iter_mut().zip(vectors.iter().flat_map(|v| v.iter())) {
-            *slot = Singles([*value as f32; SINGLES]);
-        }
+        frames[0] = base_frame(&model.chain.world_from_base);
         Self {
             frames,
             coarse: vec![[Singles::ZERO; 3]; model.groups.len()],
@@ -152,15 +105,22 @@ impl<const WIDE: bool> Pass<'_, '_, WIDE> {
     #[inline(always)]
     fn check<S: Simd>(&mut self, simd: S, part: usize) -> Result<u32, Stop> {
         let model = self.model;
-        forward(simd, part, model, &self.lanes, &mut self.buffers.frames);
+        forward(simd, part, &model.screws, &self.lanes, &mut self.buffers.frames);
         self.buffers.groups_ready.fill(false);
         self.buffers.clusters_ready.fill(false);
+        Ok(self.all_groups(simd, part)? | self.all_pairs(simd, part)?)
+    }
+
+    /// Every group against the obstacles it can reach.
+    #[inline(always)]
+    fn all_groups<S: Simd>(&mut self, simd: S, part: usize) -> Result<u32, Stop> {
+        let model = self.model;
         let mut open = 0;
         for (index, group) in model.groups.iter().enumerate() {
             let frame = load_frame(simd, &self.buffers.frames[group.screws], part);
             let center = place(&frame, &group.coarse.center);
             store(&center, &mut self.buffers.coarse[index], part);
-            let grown = self.grown(simd, part, self.widths.groups, index);
+            let grown = self.grown(simd, part, &self.group_rate(index), &group.coarse.arms);
             let radius = grown + group.coarse.outer;
             for obstacles in group.obstacles.chunks(CHUNK) {
                 let near = bits(
@@ -176,6 +136,14 @@ impl<const WIDE: bool> Pass<'_, '_, WIDE> {
                 }
             }
         }
+        Ok(open)
+    }
+
+    /// Every two groups that must not touch.
+    #[inline(always)]
+    fn all_pairs<S: Simd>(&mut self, simd: S, part: usize) -> Result<u32, Stop> {
+        let model = self.model;
+        let mut open = 0;
         for (chunk, pairs) in model.pairs.chunks(CHUNK).enumerate() {
             let first = chunk * CHUNK;
             let near = bits(
@@ -186,7 +154,9 @@ impl<const WIDE: bool> Pass<'_, '_, WIDE> {
                     let a = load(simd, &self.buffers.coarse[pair.first], part);
                     let b = load(simd, &self.buffers.coarse[pair.second], part);
                     let outer = pair.outer(model);
-                    let radius = self.grown(simd, part, self.widths.pairs, first + place) + outer;
+                    let arms = &model.groups[pair.second].coarse.arms;
+                    let rate = self.pair_rate(first + place);
+                    let radius = self.grown(simd, part, &rate, arms) + outer;
                     squared(&between(&a, &b)).at_most(radius * radius).any()
                 },
             );
@@ -197,14 +167,26 @@ impl<const WIDE: bool> Pass<'_, '_, WIDE> {
         Ok(open)
     }
 
-    /// How far group or pair `index` moves within each lane's width.
+    /// How far a sphere with these arms moves within each lane's width, m.
     #[inline(always)]
-    fn grown<S: Simd>(&self, simd: S, part: usize, rates: &[f32], index: usize) -> SingleVector<S> {
+    fn grown<S: Simd>(&self, simd: S, part: usize, rate: &Rate, arms: &Arms) -> SingleVector<S> {
         if WIDE {
-            SingleVector::load(simd, self.widths.half_widths, part) * rates[index]
+            SingleVector::load(simd, self.widths.half_widths, part) * rate.of(arms) as f32
         } else {
             SingleVector::splat(simd, 0.0)
         }
+    }
+
+    /// How far group `index` moves against what stands still.
+    #[inline(always)]
+    fn group_rate(&self, index: usize) -> Rate {
+        if WIDE { self.widths.groups[index] } else { Rate::default() }
+    }
+
+    /// How far the groups of pair `index` move against each other.
+    #[inline(always)]
+    fn pair_rate(&self, index: usize) -> Rate {
+        if WIDE { self.widths.pairs[index] } else { Rate::default() }
     }
 
     #[inline(always)]
@@ -217,9 +199,8 @@ impl<const WIDE: bool> Pass<'_, '_, WIDE> {
     ) -> Result<u32, Stop> {
         let model = self.model;
         self.place_clusters(simd, part, index);
-        let grown = self.grown(simd, part, self.widths.groups, index);
         let solid = &model.obstacles[obstacle].lanes;
-        let rate = if WIDE { self.widths.groups[index] } else { 0.0 };
+        let rate = self.group_rate(index);
         let mut open = 0;
         let all = model.groups[index].clusters.clone();
         for first in all.clone().step_by(CHUNK) {
@@ -228,15 +209,17 @@ impl<const WIDE: bool> Pass<'_, '_, WIDE> {
                 #[inline(always)]
                 |place| {
                     let center = load(simd, &self.buffers.clusters[first + place], part);
-                    let outer = model.clusters[first + place].coarse.outer;
-                    solid.within(simd, &center, grown + (outer + solid.slack)).any()
+                    let coarse = &model.clusters[first + place].coarse;
+                    let grown = self.grown(simd, part, &rate, &coarse.arms);
+                    solid.within(simd, &center, grown + (coarse.outer + solid.slack)).any()
                 },
             );
             for cluster in ones(near).map(|place| first + place) {
                 self.place_fine(simd, part, index, cluster);
                 for sphere in model.clusters[cluster].spheres.clone() {
                     let center = load(simd, &self.buffers.fine[sphere], part);
-                    let KernelSphere { outer, inner, body, .. } = model.spheres[sphere];
+                    let KernelSphere { outer, inner, body, ref arms, .. } = model.spheres[sphere];
+                    let grown = self.grown(simd, part, &rate, arms);
                     let near = solid.within(simd, &center, grown + (outer + solid.slack));
                     if near.any() {
                         let inner = inner - solid.slack;
@@ -245,7 +228,7 @@ impl<const WIDE: bool> Pass<'_, '_, WIDE> {
                             return Err(Stop);
                         }
                         let touch = Touch::Obstacle { body, obstacle };
-                        open = self.decide(near, part, rate, open, touch)?;
+                        open = self.decide(near, part, rate.of(arms), open, touch)?;
                     }
                 }
             }
@@ -264,7 +247,7 @@ impl<const WIDE: bool> Pass<'_, '_, WIDE> {
         let model = self.model;
         self.place_clusters(simd, part, pair.first);
         self.place_clusters(simd, part, pair.second);
-        let grown = self.grown(simd, part, self.widths.pairs, index);
+        let rate = self.pair_rate(index);
         let mut open = 0;
         for first in model.groups[pair.first].clusters.clone() {
             let center = load(simd, &self.buffers.clusters[first], part);
@@ -276,14 +259,16 @@ impl<const WIDE: bool> Pass<'_, '_, WIDE> {
                     #[inline(always)]
                     |place| {
                         let other = load(simd, &self.buffers.clusters[start + place], part);
-                        let radius = grown + (outer + model.clusters[start + place].coarse.outer);
+                        let coarse = &model.clusters[start + place].coarse;
+                        let grown = self.grown(simd, part, &rate, &coarse.arms);
+                        let radius = grown + (outer + coarse.outer);
                         squared(&between(&center, &other)).at_most(radius * radius).any()
                     },
                 );
                 for second in ones(near).map(|place| start + place) {
                     self.place_fine(simd, part, pair.first, first);
                     self.place_fine(simd, part, pair.second, second);
-                    open |= self.two_clusters(simd, part, index, [first, second], grown)?;
+                    open |= self.two_clusters(simd, part, rate, [first, second])?;
                 }
             }
         }
@@ -295,12 +280,10 @@ impl<const WIDE: bool> Pass<'_, '_, WIDE> {
         &mut self,
         simd: S,
         part: usize,
-        index: usize,
+        rate: Rate,
         [first, second]: [usize; 2],
-        grown: SingleVector<S>,
     ) -> Result<u32, Stop> {
         let model = self.model;
-        let rate = if WIDE { self.widths.pairs[index] } else { 0.0 };
         let mut open = 0;
         for a in model.clusters[first].spheres.clone() {
             let (center, sphere) = (load(simd, &self.buffers.fine[a], part), &model.spheres[a]);
@@ -309,7 +292,9 @@ impl<const WIDE: bool> Pass<'_, '_, WIDE> {
                 all.len(),
                 #[inline(always)]
                 |place| {
-                    let radius = grown + (sphere.outer + model.spheres[all.start + place].outer);
+                    let other = &model.spheres[all.start + place];
+                    let grown = self.grown(simd, part, &rate, &other.arms);
+                    let radius = grown + (sphere.outer + other.outer);
                     let other = load(simd, &self.buffers.fine[all.start + place], part);
                     squared(&between(&center, &other)).at_most(radius * radius).any()
                 },
@@ -323,21 +308,28 @@ impl<const WIDE: bool> Pass<'_, '_, WIDE> {
                 if inner > 0.0 && square.at_most(sure).any() {
                     return Err(Stop);
                 }
+                let grown = self.grown(simd, part, &rate, &other.arms);
                 let radius = grown + (sphere.outer + other.outer);
                 let touch = Touch::Bodies { first: sphere.body, second: other.body };
-                open = self.decide(square.at_most(radius * radius), part, rate, open, touch)?;
+                open = self.decide(
+                    square.at_most(radius * radius),
+                    part,
+                    rate.of(&other.arms),
+                    open,
+                    touch,
+                )?;
             }
         }
         Ok(open)
     }
 
-    /// Measures the lanes of `near` that are not `open` anyway.
+    /// Measures the lanes of `near` that are not `open` anyway; the two move by `moved` (m) on the whole motion.
     #[inline(never)]
     fn decide<S: Simd>(
         &mut self,
         near: SingleMask<S>,
         part: usize,
-        rate: f32,
+        moved: f64,
         mut open: u32,
         touch: Touch,
     ) -> Result<u32, Stop> {
@@ -348,7 +340,7 @@ impl<const WIDE: bool> Pass<'_, '_, WIDE> {
             }
             let lane = part * S::F32_LANES + bit;
             let half_width = if WIDE { self.widths.half_widths.0[lane] } else { 0.0 };
-            let width = f64::from(rate) * f64::from(half_width);
+            let width = moved * f64::from(half_width);
             let distance = if width > MEASURED_WIDTH_M { width } else { (self.exact)(lane, touch) };
             if distance <= 0.0 {
                 return Err(Stop);
@@ -411,109 +403,7 @@ fn ones(mut bits: u64) -> impl Iterator<Item = usize> {
     })
 }
 
-/// Axes and origin.
-type Frame<S> = [Points<S>; 4];
-
-/// Forward kinematics of one register of lanes.
-#[inline(always)]
-fn forward<S: Simd>(
-    simd: S,
-    part: usize,
-    model: &Model,
-    lanes: &Lanes<'_>,
-    frames: &mut [[Singles; 12]],
-) {
-    let [mut x, mut y, mut z, mut origin] = load_frame(simd, &frames[0], part);
-    for (index, screw) in model.screws.iter().enumerate() {
-        for (axis, &shift) in [x, y, z].iter().zip(&screw.shift) {
-            if shift != 0.0 {
-                for row in 0..3 {
-                    origin[row] = axis[row].mul_add_number(shift, origin[row]);
-                }
-            }
-        }
-        match &screw.turn {
-            Turn::None => {}
-            Turn::Quarter => (y, z) = (z, y.map(|value| -value)),
-            Turn::Back => (y, z) = (z.map(|value| -value), y),
-            Turn::Any(columns) => {
-                let turned = columns.map(|column| combine(&x, &y, &z, &column));
-                [x, y, z] = turned;
-            }
-        }
-        let position = match lanes {
-            Lanes::Motion { shares, base, travel } => SingleVector::load(simd, shares, part)
-                .mul_add_number(travel[index], SingleVector::splat(simd, base[index])),
-            Lanes::States(positions) => SingleVector::load(simd, &positions[index], part),
-        };
-        if screw.turns {
-            let (sin, cos) = position.sin_cos();
-            for row in 0..3 {
-                let (old_x, old_y) = (x[row], y[row]);
-                x[row] = old_y.mul_add(sin, old_x * cos);
-                y[row] = old_y.mul_add(cos, -(old_x * sin));
-            }
-        } else {
-            for row in 0..3 {
-                origin[row] = z[row].mul_add(position, origin[row]);
-            }
-        }
-        store_frame(&[x, y, z, origin], &mut frames[index + 1], part);
-    }
-}
-
-#[inline(always)]
-fn combine<S: Simd>(x: &Points<S>, y: &Points<S>, z: &Points<S>, column: &[f32; 3]) -> Points<S> {
-    let row = |row: usize| {
-        let sum = y[row].mul_add_number(column[1], z[row] * column[2]);
-        x[row].mul_add_number(column[0], sum)
-    };
-    [row(0), row(1), row(2)]
-}
-
-/// A point of a frame in the world.
-#[inline(always)]
-fn place<S: Simd>([x, y, z, origin]: &Frame<S>, point: &[f32; 3]) -> Points<S> {
-    let row = |row: usize| {
-        let sum = z[row].mul_add_number(point[2], origin[row]);
-        let sum = y[row].mul_add_number(point[1], sum);
-        x[row].mul_add_number(point[0], sum)
-    };
-    [row(0), row(1), row(2)]
-}
-
 #[inline(always)]
 fn between<S: Simd>(a: &Points<S>, b: &Points<S>) -> Points<S> {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-#[inline(always)]
-fn load<S: Simd>(simd: S, lanes: &[Singles; 3], part: usize) -> Points<S> {
-    let row = |row: usize| SingleVector::load(simd, &lanes[row], part);
-    [row(0), row(1), row(2)]
-}
-
-#[inline(always)]
-fn store<S: Simd>(points: &Points<S>, lanes: &mut [Singles; 3], part: usize) {
-    for (row, lanes) in points.iter().zip(lanes) {
-        row.store(lanes, part);
-    }
-}
-
-#[inline(always)]
-fn load_frame<S: Simd>(simd: S, lanes: &[Singles; 12], part: usize) -> Frame<S> {
-    let row = |row: usize| SingleVector::load(simd, &lanes[row], part);
-    [
-        [row(0), row(1), row(2)],
-        [row(3), row(4), row(5)],
-        [row(6), row(7), row(8)],
-        [row(9), row(10), row(11)],
-    ]
-}
-
-#[inline(always)]
-fn store_frame<S: Simd>(frame: &Frame<S>, lanes: &mut [Singles; 12], part: usize) {
-    for (row, lanes) in frame.iter().flatten().zip(lanes) {
-        row.store(lanes, part);
-    }
 }

@@ -5,6 +5,9 @@ use nalgebra::Vector3;
 use crate::geometry::{Core, Solid};
 use crate::math::singles::{Simd, SingleMask, SingleVector};
 
+// What the kernel calls is inlined by force, and closures cannot be told: where one is left out, its arithmetic falls back to
+// narrow registers and costs five times as much. So there are none here, nor in `lane_chain`.
+
 /// An obstacle in single precision.
 #[derive(Clone, Debug)]
 pub(super) struct LaneObstacle {
@@ -87,7 +90,6 @@ impl LaneObstacle {
         points: &Points<S>,
         radius: SingleVector<S>,
     ) -> SingleMask<S> {
-        let splat = |value: f32| SingleVector::splat(simd, value);
         let radius = radius + self.radius;
         let square = match &self.form {
             Form::Point { center } => squared(&from(points, center)),
@@ -97,14 +99,15 @@ impl LaneObstacle {
                 squared(&across(&away, along, axis))
             }
             Form::Box { axes, center, half_size } => {
-                let beyond = |index: usize| {
-                    let [x, y, z] = axes[index];
-                    let along = points[2].mul_add_number(z, splat(-center[index]));
-                    let along = points[1].mul_add_number(y, along);
-                    let along = points[0].mul_add_number(x, along);
-                    (along.abs() - half_size[index]).at_least(0.0)
-                };
-                squared(&[beyond(0), beyond(1), beyond(2)])
+                let mut beyond = *points;
+                for index in 0..3 {
+                    let along = SingleVector::splat(simd, -center[index]);
+                    let along = points[2].mul_add_number(axes[index][2], along);
+                    let along = points[1].mul_add_number(axes[index][1], along);
+                    let along = points[0].mul_add_number(axes[index][0], along);
+                    beyond[index] = (along.abs() - half_size[index]).at_least(0.0);
+                }
+                squared(&beyond)
             }
             Form::Cylinder { center, axis, half_length, radius } => {
                 let away = from(points, center);
@@ -136,8 +139,11 @@ fn dot<S: Simd>(away: &Points<S>, axis: &[f32; 3]) -> SingleVector<S> {
 /// What is left of `away` without `along` times `axis`.
 #[inline(always)]
 fn across<S: Simd>(away: &Points<S>, along: SingleVector<S>, axis: &[f32; 3]) -> Points<S> {
-    let without = |index: usize| along.mul_add_number(-axis[index], away[index]);
-    [without(0), without(1), without(2)]
+    [
+        along.mul_add_number(-axis[0], away[0]),
+        along.mul_add_number(-axis[1], away[1]),
+        along.mul_add_number(-axis[2], away[2]),
+    ]
 }
 
 #[inline(always)]

@@ -10,9 +10,11 @@ mod clearance;
 mod continuous;
 mod cover;
 mod kernel;
+mod lane_chain;
 mod lane_obstacle;
 mod model;
 mod motion;
+mod travel;
 
 pub use checker::{BATCH, CollisionChecker, CollisionScratch, MotionCheck};
 pub use clearance::Clearance;

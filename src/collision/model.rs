@@ -3,12 +3,15 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
+use nalgebra::Vector3;
+
 use super::chain::{Chain, Screw};
 use super::cover::{CoverSphere, ball, cluster, cover, enclose};
-use super::kernel::KernelScrew;
+use super::lane_chain::KernelScrew;
 use super::lane_obstacle::{LaneObstacle, UNIT_ROUNDOFF};
+use super::travel::Arms;
 use crate::fault::Faults;
-use crate::geometry::Solid;
+use crate::geometry::{Core, Solid};
 use crate::robot::{Robot, link_name};
 use crate::scene::Scene;
 
@@ -23,12 +26,14 @@ pub(super) struct Group {
     pub(super) screws: usize,
     /// A sphere around all of it, in that frame.
     pub(super) coarse: KernelSphere,
+    /// The same in double precision and without anything for rounding: centre and radius, m.
+    pub(super) around: (Vector3<f64>, f64),
     /// Its spheres, some neighbours at a time.
     pub(super) clusters: Range<usize>,
-    pub(super) spheres: Range<usize>,
     pub(super) bodies: Range<usize>,
-    /// How far its points move per unit of each screw before it, m/rad or 1.
-    pub(super) reach: Vec<f64>,
+    pub(super) arms: Arms,
+    /// How far the origin of its frame is at most from that of each screw before it, m.
+    pub(super) levers: Vec<f64>,
     /// The obstacles it has to keep away from.
     pub(super) kept_from: Vec<usize>,
     /// Those of them that it can come near to.
@@ -43,7 +48,9 @@ pub(super) struct Body {
     pub(super) screws: usize,
     /// In that frame.
     pub(super) solid: Solid,
+    /// All of it is within this distance of its origin, m.
     pub(super) reach: f64,
+    pub(super) arms: Arms,
 }
 
 /// Some spheres of a group that are near each other.
@@ -63,6 +70,7 @@ pub(super) struct KernelSphere {
     /// What is within this distance of the centre surely touches the body; negative if nothing is sure.
     pub(super) inner: f32,
     pub(super) body: usize,
+    pub(super) arms: Arms,
 }
 
 /// Something that stands still.
@@ -70,7 +78,6 @@ pub(super) struct KernelSphere {
 pub(super) struct Obstacle {
     pub(super) name: String,
     pub(super) solid: Solid,
-    pub(super) reach: f64,
     pub(super) lanes: LaneObstacle,
 }
 
@@ -79,6 +86,8 @@ pub(super) struct Obstacle {
 pub(super) struct Pair {
     pub(super) first: usize,
     pub(super) second: usize,
+    /// The first screw that moves them against each other.
+    pub(super) from_screw: usize,
 }
 
 impl Pair {
@@ -107,19 +116,19 @@ pub(super) struct Model {
 /// Angles and positions are off by no more than this in the kernel, rad; see [`rounding`].
 const ANGLE_ERROR: f64 = 5e-6;
 
-/// A bound on how far the kernel's position of a point is off, m, whose reach per screw is `reach` and which lies within
-/// `extent` of the origin.
+/// A bound on how far the kernel's position of a point is off, m, that is within `radius` of its frame's origin and within
+/// `extent` of the world's.
 ///
 /// Angles along a motion are `base + share * travel` with `|base| <= 2 pi` and `|travel| <= 4 pi`, so no more than 51 units of
 /// `u = 2^-24` are lost, 3.1e-6 rad; sines and cosines lose 6e-7, and turning the axes 8 units more. Together that is
-/// less than 5e-6 rad of error per screw, which moves the point by its reach. Positions of sliding joints lose less than
-/// eight units of their largest. Origins add up with fewer than 16 roundings per screw of numbers up to the extent.
-fn rounding(screws: &[Screw], reach: &[f64], extent: f64) -> f64 {
-    let moved = screws.iter().zip(reach).map(|(screw, reach)| match screw.turns {
-        true => ANGLE_ERROR * (reach + 1e-3),
+/// less than 5e-6 rad of error per screw, which moves the point by its distance from it. Positions of sliding joints lose
+/// less than eight units of their largest. Origins add up with fewer than 16 roundings per screw of numbers up to the extent.
+fn rounding(screws: &[Screw], levers: &[f64], radius: f64, extent: f64) -> f64 {
+    let moved = screws.iter().zip(levers).map(|(screw, lever)| match screw.turns {
+        true => ANGLE_ERROR * (lever + radius + 1e-3),
         false => 8.0 * UNIT_ROUNDOFF * screw.travel,
     });
-    moved.sum::<f64>() + 16.0 * (reach.len() + 2) as f64 * UNIT_ROUNDOFF * extent
+    moved.sum::<f64>() + 16.0 * (levers.len() + 2) as f64 * UNIT_ROUNDOFF * extent
 }
 
 /// Makes spheres single, with what their distances may be off.
@@ -135,15 +144,22 @@ impl Singly {
             outer: (sphere.outer + self.margin + self.off) as f32,
             inner: (sphere.inner + self.margin - self.off) as f32,
             body,
+            arms: sphere.arms,
         }
     }
 
     /// One around all `spheres`, within which nothing is sure.
     fn around(&self, spheres: &[(CoverSphere, usize)]) -> KernelSphere {
         let (center, outer) = enclose(spheres.iter().map(|(sphere, _)| *sphere));
-        let around = CoverSphere { center, outer, inner: f64::NEG_INFINITY };
+        let arms = arms_of(spheres);
+        let around = CoverSphere { center, outer, inner: f64::NEG_INFINITY, arms };
         self.sphere(&around, spheres.first().map_or(0, |(_, body)| *body))
     }
+}
+
+/// Of all spheres together.
+fn arms_of(spheres: &[(CoverSphere, usize)]) -> Arms {
+    spheres.iter().fold(Arms::default(), |arms, (sphere, _)| arms.max(sphere.arms))
 }
 
 /// Builds a [`Model`].
@@ -214,7 +230,7 @@ impl Model {
     }
 
     /// A ball in the world that the group never leaves.
-    fn room(&self, group: &Group) -> (nalgebra::Vector3<f64>, f64) {
+    fn room(&self, group: &Group) -> (Vector3<f64>, f64) {
         let radius = |body: &Body| body.solid.frame.origin.norm() + body.reach;
         let radius = self.bodies[group.bodies.clone()].iter().map(radius).fold(0.0, f64::max);
         self.chain.room(group.screws, radius)
@@ -294,39 +310,36 @@ impl Builder<'_> {
         });
         let mut all: Vec<(CoverSphere, usize)> = covers.flatten().collect();
         let ends = cluster(&mut all, &|(sphere, _)| sphere.center);
-        let furthest = |distance: &dyn Fn(&CoverSphere) -> f64| {
-            all.iter().map(|(sphere, _)| distance(sphere)).fold(0.0, f64::max)
-        };
-        let radius = furthest(&|sphere| sphere.center.norm() + sphere.outer);
-        let about_axis = furthest(&|sphere| sphere.center.xy().norm() + sphere.outer);
-        let reach = model.chain.reach(screws, radius, about_axis);
+        let radius = all.iter().map(|(s, _)| s.center.norm() + s.outer).fold(0.0, f64::max);
+        let levers = model.chain.levers(screws);
         let extent = model.chain.room(screws, radius).1 + model.chain.world_from_base.origin.norm();
-        let off = rounding(&model.chain.screws[..screws], &reach, extent);
+        let off = rounding(&model.chain.screws[..screws], &levers, radius, extent);
         let single = Singly { margin: model.margin, off };
         let first_cluster = model.clusters.len();
-        let mut start = 0;
-        for end in ends {
-            let spheres = &all[start..end];
+        let starts = std::iter::once(0).chain(ends.iter().copied());
+        for (start, &end) in starts.zip(&ends) {
             model.clusters.push(Cluster {
-                coarse: single.around(spheres),
+                coarse: single.around(&all[start..end]),
                 spheres: first_sphere + start..first_sphere + end,
             });
-            start = end;
         }
         model.spheres.extend(all.iter().map(|(sphere, body)| single.sphere(sphere, *body)));
-        model.bodies.extend(solids.into_iter().map(|(name, solid)| {
+        for (index, (name, solid)) in solids.into_iter().enumerate() {
+            let own = all.iter().filter(|(_, body)| *body == first_body + index);
+            let arms = own.fold(Arms::default(), |arms, (sphere, _)| arms.max(sphere.arms));
             let reach = solid.reach();
-            Body { name, screws, solid, reach }
-        }));
+            model.bodies.push(Body { name, screws, solid, reach, arms });
+        }
         model.groups.push(Group {
             name,
             link,
             screws,
             coarse: single.around(&all),
+            around: enclose(all.iter().map(|(sphere, _)| *sphere)),
             clusters: first_cluster..model.clusters.len(),
-            spheres: first_sphere..model.spheres.len(),
             bodies: first_body..model.bodies.len(),
-            reach,
+            arms: arms_of(&all),
+            levers,
             kept_from: Vec::new(),
             obstacles: Vec::new(),
         });
@@ -343,7 +356,6 @@ impl Builder<'_> {
             let solid = Solid::new(&obstacle.shape, &obstacle.pose);
             self.model.obstacles.push(Obstacle {
                 name: obstacle.name.clone(),
-                reach: solid.reach(),
                 lanes: LaneObstacle::new(&solid, extent),
                 solid,
             });
@@ -384,21 +396,50 @@ impl Builder<'_> {
                 if self.has_to_be_checked(first, second) && !is_allowed(allowed, parts) {
                     let (a, b) = (&self.model.groups[first], &self.model.groups[second]);
                     let pair = if a.screws <= b.screws { (first, second) } else { (second, first) };
-                    self.model.pairs.push(Pair { first: pair.0, second: pair.1 });
+                    let from_screw = self.first_screw_beyond(pair.0);
+                    self.model.pairs.push(Pair { first: pair.0, second: pair.1, from_screw });
                 }
             }
         }
     }
 
-    /// Links by the robot's own list, an attached object against all that does not move together with it.
+    /// The first screw that moves what is beyond a group against it. That is not the next one if the group is round
+    /// about its axis, as the foot of an arm often is.
+    fn first_screw_beyond(&self, group: usize) -> usize {
+        /// Off the axis by no more than a drawing's rounding, m.
+        const ON_AXIS_M: f64 = 1e-12;
+        let group = &self.model.groups[group];
+        let Some(screw) = self.model.chain.screws.get(group.screws) else { return group.screws };
+        let is_round = |body: &Body| {
+            let half_length = match body.solid.core {
+                Core::Point => 0.0,
+                Core::Segment { half_length } => half_length,
+                _ => return false,
+            };
+            let (center, half) = (body.solid.frame.origin, body.solid.frame.z * half_length);
+            let off_axis = |end: Vector3<f64>| screw.constant.inverse_point(&end).xy().norm();
+            off_axis(center - half) <= ON_AXIS_M && off_axis(center + half) <= ON_AXIS_M
+        };
+        let round = screw.turns && self.model.bodies[group.bodies.clone()].iter().all(is_round);
+        group.screws + usize::from(round)
+    }
+
+    /// Links by the robot's own list; an attached object against all but what it moves with, or where that is nothing, the
+    /// nearest body before it, on which it is mounted.
     fn has_to_be_checked(&self, first: usize, second: usize) -> bool {
         let (a, b) = (&self.model.groups[first], &self.model.groups[second]);
         let pair = [a.link.min(b.link), a.link.max(b.link)];
         match (self.part(first), self.part(second)) {
             (Part::Link(_), Part::Link(_)) => self.robot.checked_pairs().contains(&pair),
-            // What moves together never meets.
+            (Part::Link(link), Part::Attached(_)) => link != self.mount(b.link),
             _ => a.screws != b.screws,
         }
+    }
+
+    /// The link with a body that something attached to `link` is mounted on.
+    fn mount(&self, link: usize) -> usize {
+        let links = self.robot.bodies().iter().map(|body| body.link);
+        links.filter(|body| *body <= link).max().unwrap_or(link)
     }
 
     fn assign_obstacles(&mut self, allowed: &[[Part; 2]]) {

@@ -1,7 +1,9 @@
 //! Straight motions between two configurations.
 
 use super::checker::{CollisionChecker, CollisionScratch, wrapped};
-use super::kernel::{Found, Lanes, Pass, Touch, Widths};
+use super::kernel::{Found, Pass, Touch, Widths};
+use super::lane_chain::Lanes;
+use super::travel::Rate;
 use crate::math::singles::{SINGLES, Singles};
 
 /// A part of a motion, as shares of it.
@@ -95,13 +97,11 @@ impl CollisionChecker {
         let parts = (furthest.fold(0.0, f64::max) / LONGEST_TURN).ceil().max(1.0);
         let mut part = 0.0;
         while part < parts {
-            let at = |share: f64, joint: usize| from[joint] + (to[joint] - from[joint]) * share;
-            for joint in 0..self.dof() {
-                let start = at(part / parts, joint);
-                scratch.from[joint] = start;
-                let end =
-                    if part + 1.0 < parts { at((part + 1.0) / parts, joint) } else { to[joint] };
-                scratch.delta[joint] = end - start;
+            let [start, end] = [part / parts, (part + 1.0) / parts];
+            let ends = scratch.from.iter_mut().zip(&mut scratch.delta).zip(from.iter().zip(to));
+            for ((first, delta), (from, to)) in ends {
+                *first = from + (to - from) * start;
+                *delta = (to - from) * (end - start);
             }
             self.prepare(scratch);
             if !is_free(scratch) {
@@ -186,30 +186,20 @@ impl CollisionChecker {
         true
     }
 
-    /// How far each group and each pair moves on the whole of the motion, m; the largest of all.
+    /// How far each group and each pair moves on the whole of the motion; the furthest of all groups, m.
     pub(super) fn prepare_rates(&self, scratch: &mut CollisionScratch) -> f64 {
-        /// Rounding must not make a bound smaller.
-        const UP: f64 = 1.0 + 1e-6;
         let CollisionScratch { delta, group_rates, pair_rates, .. } = scratch;
-        let moved = |screws: std::ops::Range<usize>, reach: &[f64]| {
-            let screws = screws.map(|index| {
-                let screw = &self.model.chain.screws[index];
-                (screw.ratio * delta[screw.joint]).abs() * reach[index]
-            });
-            screws.sum::<f64>() * UP
-        };
-        let mut fastest = f64::MIN_POSITIVE;
-        for (rate, group) in group_rates.iter_mut().zip(&self.model.groups) {
-            let moved = moved(0..group.screws, &group.reach);
-            fastest = fastest.max(moved);
-            *rate = moved as f32;
+        let (chain, groups) = (&self.model.chain, &self.model.groups);
+        let mut furthest = f64::MIN_POSITIVE;
+        for (rate, group) in group_rates.iter_mut().zip(groups) {
+            *rate = Rate::new(chain, 0..group.screws, &group.levers, delta);
+            furthest = furthest.max(rate.of(&group.arms));
         }
         for (rate, pair) in pair_rates.iter_mut().zip(&self.model.pairs) {
-            // Seen from the first, only the joints between both move the second.
-            let (first, second) = (&self.model.groups[pair.first], &self.model.groups[pair.second]);
-            *rate = moved(first.screws..second.screws, &second.reach) as f32;
+            let second = &groups[pair.second];
+            *rate = Rate::new(chain, pair.from_screw..second.screws, &second.levers, delta);
         }
-        fastest
+        furthest
     }
 }
 

@@ -116,23 +116,23 @@ impl<S: Simd> SingleVector<S> {
         const REST: f32 = -1.748_455_6e-7;
         /// Adding and taking away 3 * 2^22 rounds to a whole number.
         const ROUND: f32 = 12_582_912.0;
-        let splat = |value: f32| Self::splat(self.simd, value);
-        let turns = self.mul_add_number(1.0 / TURN, splat(ROUND)) - splat(ROUND);
+        let turns = self.mul_add_number(1.0 / TURN, Self::splat(self.simd, ROUND))
+            - Self::splat(self.simd, ROUND);
         let angle = turns.mul_add_number(-TURN, self);
         let angle = turns.mul_add_number(-REST, angle);
         let half = angle * 0.5;
         let square = half * half;
-        let mut sine = splat(SINE[SINE.len() - 1]);
+        let mut sine = Self::splat(self.simd, SINE[SINE.len() - 1]);
         for &coefficient in SINE[..SINE.len() - 1].iter().rev() {
-            sine = sine.mul_add(square, splat(coefficient));
+            sine = sine.mul_add(square, Self::splat(self.simd, coefficient));
         }
-        let mut cosine = splat(COSINE[COSINE.len() - 1]);
+        let mut cosine = Self::splat(self.simd, COSINE[COSINE.len() - 1]);
         for &coefficient in COSINE[..COSINE.len() - 1].iter().rev() {
-            cosine = cosine.mul_add(square, splat(coefficient));
+            cosine = cosine.mul_add(square, Self::splat(self.simd, coefficient));
         }
         let sine = sine * half;
         let twice = sine + sine;
-        (twice * cosine, (-twice).mul_add(sine, splat(1.0)))
+        (twice * cosine, (-twice).mul_add(sine, Self::splat(self.simd, 1.0)))
     }
 }
 
@@ -141,32 +141,13 @@ pub const MAX_ANGLE: f32 = 64.0;
 
 /// `sin(h) / h` in powers of `h²`.
 const SINE: [f32; 5] =
-    [0.999_999_996, -0.166_666_579_5, 0.008_333_050_17, -1.980_901_741e-4, 2.605_107_635e-6];
+    [0.999_999_996, -0.166_666_58, 0.008_333_05, -1.980_901_7e-4, 2.605_107_7e-6];
 
 /// `cos(h)` in powers of `h²`.
-const COSINE: [f32; 6] = [
-    0.999_999_999_8,
-    -0.499_999_993_6,
-    0.041_666_636_16,
-    -0.001_388_836_028,
-    2.476_010_967e-5,
-    -2.605_065_749e-7,
-];
+const COSINE: [f32; 6] =
+    [0.999_999_999_8, -0.5, 0.041_666_634, -0.001_388_836_1, 2.476_011e-5, -2.605_065_7e-7];
 
 impl<S: Simd> SingleMask<S> {
-    /// True in no lane.
-    #[inline(always)]
-    pub fn none(simd: S) -> Self {
-        let zero = simd.splat_f32s(0.0);
-        Self { simd, values: simd.less_than_f32s(zero, zero) }
-    }
-
-    /// Where either holds.
-    #[inline(always)]
-    pub fn or(self, other: Self) -> Self {
-        Self { values: self.simd.or_m32s(self.values, other.values), ..self }
-    }
-
     /// True if any lane is.
     #[inline(always)]
     pub fn any(self) -> bool {
@@ -261,7 +242,6 @@ mod tests {
         fn with_simd<S: Simd>(self, simd: S) -> Vec<u32> {
             let one = SingleVector::splat(simd, 1.0);
             let part = |part| SingleVector::load(simd, &self.0, part).at_most(one);
-            assert!(!SingleMask::none(simd).any());
             (0..single_registers::<S>()).map(|index| part(index).bits()).collect()
         }
     }

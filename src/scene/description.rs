@@ -60,7 +60,8 @@ pub struct Obstacle {
     pub pose: Pose,
 }
 
-/// Something that moves with a link of the robot, and may touch that link.
+/// Something that moves with a link of the robot, and may touch that link or, where it has no body, the nearest one before
+/// it that has.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields, rename_all = "snake_case")]
 pub struct AttachedObject {
