@@ -9,6 +9,7 @@ mod metrics;
 mod objectives;
 mod optimum;
 mod pareto;
+mod poses;
 mod prepare;
 mod prepared;
 mod program;
@@ -32,6 +33,7 @@ pub use family::{
 };
 pub use objectives::{ObjectiveWeights, ParetoMethod, ParetoRequest};
 pub use pareto::{ParetoAxis, ParetoFront, ParetoPoint};
+pub use poses::{PoseWaypoint, Waypoint};
 pub use prepare::{MAX_LEGS, MAX_WAYPOINTS, validate};
 pub use prepared::{MembersDone, PreparedPlan, Progress};
 pub use request::*;

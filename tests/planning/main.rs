@@ -24,6 +24,7 @@ mod limits;
 mod moving_ends;
 mod objectives;
 mod optimizers;
+mod poses;
 mod reproduce;
 mod samples;
 mod snapshots;
