@@ -41,6 +41,8 @@ const REFINABLE: f64 = 0.1;
 const SAME: f64 = 1e-6;
 /// Positions of the held joint that are tried first, and at most.
 const HELD: [usize; 2] = [16, 2048];
+/// Other seeds that a closed form is tried with.
+const OTHER_SEEDS: usize = 64;
 /// Starts of a search.
 const STARTS: u64 = 100;
 /// As many solutions as a search lists: a six-axis arm has at most sixteen.
@@ -197,8 +199,8 @@ impl InverseKinematics {
                 Solver::Numeric => self.search(target, seed, tolerance, MOST, found),
                 _ => self.branches(&motion, seed, |joints| keep(joints, found)),
             }
-            if found.is_empty() && !self.is_complete() {
-                self.search(target, seed, tolerance, 1, found);
+            if found.is_empty() {
+                self.look_elsewhere(target, &motion, seed, tolerance, found);
             }
             if !found.is_empty() {
                 return;
@@ -259,8 +261,8 @@ impl InverseKinematics {
                     best.offer(self, joints, seed, target, tolerance, found);
                 }),
             }
-            if found.is_empty() && !self.is_complete() {
-                self.search(target, seed, tolerance, 1, found);
+            if found.is_empty() {
+                self.look_elsewhere(target, &motion, seed, tolerance, found);
             }
             if !found.is_empty() {
                 return Ok(());
@@ -363,6 +365,35 @@ impl InverseKinematics {
             error = PoseError::between(&self.kinematics.tool_transform(joints), target);
         }
         error.within(tolerance).then_some(error)
+    }
+
+    /// Finds one solution where the first look found none.
+    ///
+    /// Of a closed form: with other seeds. In a singular place a joint that takes the seed's position can leave the others
+    /// without a lawful one, though another position of it would not. Else by descents.
+    fn look_elsewhere(
+        &self,
+        target: &Transform,
+        motion: &Transform,
+        seed: &[f64],
+        tolerance: &PoseError,
+        found: &mut Solutions,
+    ) {
+        if !self.is_complete() {
+            return self.search(target, seed, tolerance, 1, found);
+        }
+        let mut best = Best::default();
+        let mut other = [0.0; Robot::MAX_DOF];
+        let other = &mut other[..seed.len()];
+        for share in spread([0.0, 1.0]).take(OTHER_SEEDS) {
+            for ((other, range), seed) in other.iter_mut().zip(&self.ranges).zip(seed) {
+                let [lower, upper] = range.window(*seed);
+                *other = lower + share * (upper - lower);
+            }
+            self.branches(motion, other, |joints| {
+                best.offer(self, joints, seed, target, tolerance, found);
+            });
+        }
     }
 
     /// Descends from `seed` and from random starts until `most` solutions are found.
