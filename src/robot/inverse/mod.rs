@@ -44,7 +44,7 @@ const HELD: [usize; 2] = [16, 2048];
 /// Other seeds that a closed form is tried with.
 const OTHER_SEEDS: usize = 64;
 /// Starts of a search.
-const STARTS: u64 = 100;
+const STARTS: u64 = 64;
 /// As many solutions as a search lists: a six-axis arm has at most sixteen.
 const MOST: usize = 16;
 
@@ -370,7 +370,7 @@ impl InverseKinematics {
     /// Finds one solution where the first look found none.
     ///
     /// Of a closed form: with other seeds. In a singular place a joint that takes the seed's position can leave the others
-    /// without a lawful one, though another position of it would not. Else by descents.
+    /// without a lawful one, though another position of it would not. Then by descents.
     fn look_elsewhere(
         &self,
         target: &Transform,
@@ -393,6 +393,10 @@ impl InverseKinematics {
             self.branches(motion, other, |joints| {
                 best.offer(self, joints, seed, target, tolerance, found);
             });
+        }
+        // What fewer joints cannot reach exactly, descents cannot either.
+        if found.is_empty() && matches!(self.solver, Solver::SixAxis(_)) {
+            self.search(target, seed, tolerance, 1, found);
         }
     }
 
