@@ -44,7 +44,7 @@ const HELD: [usize; 2] = [16, 2048];
 /// Other seeds that a closed form is tried with.
 const OTHER_SEEDS: usize = 64;
 /// Starts of a search.
-const STARTS: u64 = 64;
+const STARTS: u64 = 100;
 /// As many solutions as a search lists: a six-axis arm has at most sixteen.
 const MOST: usize = 16;
 
@@ -268,7 +268,13 @@ impl InverseKinematics {
                 return Ok(());
             }
         }
-        Err(Box::new(miss::explain(self, target, seed, tolerance)))
+        let miss = miss::explain(self, target, seed, tolerance);
+        if !miss.error.within(tolerance) {
+            return Err(Box::new(miss));
+        }
+        // The search for the nearest pose came upon the pose itself.
+        found.push(&miss.configuration, miss.error);
+        Ok(())
     }
 
     /// Shows `see` the branches of arms that have a closed form for all joints, limits aside.
