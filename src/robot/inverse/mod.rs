@@ -12,6 +12,7 @@ mod redundant;
 mod scara;
 mod screws;
 mod six_axis;
+mod solutions;
 mod spherical_wrist;
 #[cfg(test)]
 mod tests;
@@ -32,13 +33,12 @@ use redundant::{Redundant, spread};
 use scara::Scara;
 use screws::{EXACTLY, NEARLY};
 use six_axis::SixAxis;
+pub use solutions::Solutions;
 
 /// Above this (m, and rad) a closed form's answer is worth a step of refinement.
 const ROUNDING: f64 = 1e-12;
 /// An error beyond this is none that refinement would mend.
 const REFINABLE: f64 = 0.1;
-/// Two solutions whose joints differ by less are one, rad or m.
-const SAME: f64 = 1e-6;
 /// Positions of the held joint that are tried first, and at most.
 const HELD: [usize; 2] = [16, 2048];
 /// Other seeds that a closed form is tried with.
@@ -67,57 +67,6 @@ enum Solver {
     Scara(Box<Scara>),
     Gantry(Box<Gantry>),
     Numeric,
-}
-
-/// Solutions and working memory, to be used again: after the first use nothing is allocated.
-#[derive(Clone, Debug)]
-pub struct Solutions {
-    dof: usize,
-    joints: Vec<f64>,
-    errors: Vec<PoseError>,
-    scratch: Scratch,
-}
-
-impl Solutions {
-    /// Room for the solutions of `inverse`.
-    pub fn new(inverse: &InverseKinematics) -> Self {
-        Self {
-            dof: inverse.kinematics.dof(),
-            joints: Vec::new(),
-            errors: Vec::new(),
-            scratch: Scratch::new(&inverse.kinematics),
-        }
-    }
-
-    /// Number of solutions.
-    pub fn len(&self) -> usize {
-        self.errors.len()
-    }
-
-    /// True if there is none.
-    pub fn is_empty(&self) -> bool {
-        self.errors.is_empty()
-    }
-
-    /// The solutions, each with how far its pose is from the wanted one.
-    pub fn iter(&self) -> impl ExactSizeIterator<Item = (&[f64], PoseError)> {
-        self.joints.chunks_exact(self.dof).zip(self.errors.iter().copied())
-    }
-
-    fn clear(&mut self) {
-        self.joints.clear();
-        self.errors.clear();
-    }
-
-    fn push(&mut self, joints: &[f64], error: PoseError) {
-        self.joints.extend_from_slice(joints);
-        self.errors.push(error);
-    }
-
-    fn holds(&self, joints: &[f64]) -> bool {
-        let same = |(left, right): (&f64, &f64)| (left - right).abs() < SAME;
-        self.iter().any(|(found, _)| found.iter().zip(joints).all(same))
-    }
 }
 
 impl InverseKinematics {
