@@ -36,6 +36,8 @@ const RESERVED: &[(&str, &[&str])] = &[
     ("clap", &["cli"]),
     ("indicatif", &["cli"]),
     ("reqwest", &["cli"]),
+    ("roxmltree", &["robot"]),
+    ("saphyr_parser", &["robot"]),
 ];
 
 /// Modules that run without a runtime, files or network.

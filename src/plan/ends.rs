@@ -15,7 +15,7 @@ impl Check<'_> {
         &self,
         task: &WaypointsTask,
         interpolation: &Interpolation,
-        sound: bool,
+        sound: Option<&[Vec<f64>]>,
         pointer: &str,
         faults: &mut Faults,
     ) -> Option<Ends> {
@@ -37,8 +37,8 @@ impl Check<'_> {
         if faults.0.len() > before || ends.are_at_rest() {
             return None;
         }
-        if sound {
-            self.check_moving(task, &ends, pointer, faults);
+        if let Some(waypoints) = sound {
+            self.check_moving(task, waypoints, &ends, pointer, faults);
         }
         Some(ends)
     }
@@ -81,7 +81,14 @@ impl Check<'_> {
     }
 
     /// What a task with ends in motion cannot ask for, and what its states cannot be together.
-    fn check_moving(&self, task: &WaypointsTask, ends: &Ends, pointer: &str, faults: &mut Faults) {
+    fn check_moving(
+        &self,
+        task: &WaypointsTask,
+        waypoints: &[Vec<f64>],
+        ends: &Ends,
+        pointer: &str,
+        faults: &mut Faults,
+    ) {
         if let Some(DurationGoal::Exactly(_)) = task.duration {
             let detail = "a motion that starts or ends at speed cannot be stretched to a duration; use at_most";
             faults.add(format!("{pointer}/duration/exactly"), detail);
@@ -91,7 +98,7 @@ impl Check<'_> {
                           with `limits`: null";
             faults.add(format!("{pointer}/constraints"), detail);
         }
-        let (Some(first), Some(last)) = (task.waypoints.first(), task.waypoints.last()) else {
+        let (Some(first), Some(last)) = (waypoints.first(), waypoints.last()) else {
             return;
         };
         let states = |end: &[[f64; 2]], positions: &[f64]| -> Vec<State> {
@@ -104,14 +111,14 @@ impl Check<'_> {
         };
         let limits: Vec<KernelLimits> = self.limits.iter().map(|limit| limit.kernel(3)).collect();
         for fault in check(&states(&ends.start, first), Some(&states(&ends.goal, last)), &limits) {
-            self.state_fault(task, ends, &fault, pointer, faults);
+            self.state_fault(waypoints, ends, &fault, pointer, faults);
         }
     }
 
     /// A fault of two states in terms of the request. Waypoints and values alone are checked already.
     fn state_fault(
         &self,
-        task: &WaypointsTask,
+        waypoints: &[Vec<f64>],
         ends: &Ends,
         fault: &StateFault,
         pointer: &str,
@@ -120,7 +127,7 @@ impl Check<'_> {
         match *fault {
             StateFault::Unlimited { joint } => {
                 let rests = |end: &[[f64; 2]]| end[joint] == [0.0; 2];
-                let stays = task.waypoints.windows(2).all(|pair| pair[0][joint] == pair[1][joint]);
+                let stays = waypoints.windows(2).all(|pair| pair[0][joint] == pair[1][joint]);
                 if !(stays && rests(&ends.start) && rests(&ends.goal)) {
                     let detail = format!(
                         "{}: with ends in motion a joint that moves needs an acceleration or jerk limit",

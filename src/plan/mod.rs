@@ -11,6 +11,7 @@ mod objectives;
 mod optimum;
 mod pareto;
 pub mod path;
+mod poses;
 mod prepare;
 mod prepared;
 mod program;
@@ -39,6 +40,7 @@ pub use path::{
     BallObstacle, BezierPiece, BoxObstacle, Obstacle, PathResult, PathTask, PlannerChoice,
     SmoothingChoice, Space, TreeEdge,
 };
+pub use poses::{PoseWaypoint, Waypoint};
 pub use prepare::{MAX_LEGS, MAX_WAYPOINTS, validate};
 pub use prepared::{MembersDone, PreparedPlan, Progress};
 pub use request::*;

@@ -4,10 +4,10 @@ use std::collections::HashSet;
 use std::sync::Arc;
 
 use super::objectives::{self, ObjectiveWeights};
-use super::prepared::{LEAST_WAY, PreparedLeg, PreparedPlan, PreparedTask, PreparedWaypoints};
+use super::prepared::{LEAST_WAY, PreparedPlan, PreparedTask, PreparedWaypoints};
 use super::request::{
-    Clock, Constraints, DurationGoal, DurationRange, OptimizerChoice, PlanRequest, ProgramTask,
-    RobotRef, SceneRef, Task, WaypointsTask,
+    Clock, Constraints, DurationGoal, DurationRange, OptimizerChoice, PlanRequest, RobotRef,
+    SceneRef, Task, WaypointsTask,
 };
 use super::{family, limits, motion, path, study};
 use crate::fault::{Faults, escape};
@@ -25,9 +25,6 @@ pub const MAX_LEGS: usize = 100;
 
 /// Most characters of the name of a problem, a method or a member.
 const MAX_NAME: usize = 64;
-
-/// Most characters of a leg's note.
-const MAX_NOTE: usize = 200;
 
 /// Largest position taken, rad or m: beyond it, rounding alone is a visible motion.
 const LARGEST_POSITION: f64 = 1e9;
@@ -202,11 +199,26 @@ impl Check<'_> {
         pointer: &str,
         faults: &mut Faults,
     ) -> Option<PreparedWaypoints> {
+        let waypoints =
+            self.resolve(&task.waypoints, None, &format!("{pointer}/waypoints"), faults);
+        self.resolved(task, waypoints, pointer, faults)
+    }
+
+    /// Checks the task at `pointer` with the configurations of its waypoints, unless a fault keeps them unknown.
+    pub(super) fn resolved(
+        &self,
+        task: &WaypointsTask,
+        waypoints: Option<Vec<Vec<f64>>>,
+        pointer: &str,
+        faults: &mut Faults,
+    ) -> Option<PreparedWaypoints> {
         let before = faults.0.len();
         let interpolation = interpolation(&task.interpolation);
         let most = interpolation.and_then(|entry| entry.max_segments).unwrap_or(0) + 1;
         let most = most.max(MAX_WAYPOINTS);
-        self.configurations(&task.waypoints, most, &format!("{pointer}/waypoints"), faults);
+        if let Some(waypoints) = &waypoints {
+            self.configurations(waypoints, most, &format!("{pointer}/waypoints"), faults);
+        }
         let optimizer = self.optimizer(task, pointer, faults);
         let settings = optimizer.map(|entry| {
             entry.settings(&task.optimizer.parameters, &format!("{pointer}/optimizer"), faults)
@@ -227,14 +239,14 @@ impl Check<'_> {
             let segments = task.waypoints.len().saturating_sub(1);
             check_population(segments, settings, &format!("{pointer}/optimizer"), faults);
         }
-        let sound = faults.0.len() == before;
+        let sound = waypoints.as_deref().filter(|_| faults.0.len() == before);
         let ends = self.ends(task, interpolation, sound, pointer, faults);
-        if sound {
-            self.fit(task, interpolation, pointer, faults);
+        if let Some(waypoints) = sound {
+            self.fit(task, waypoints, interpolation, pointer, faults);
         }
         let (Some(optimizer), Some(settings)) = (optimizer, settings) else { return None };
         Some(PreparedWaypoints {
-            waypoints: task.waypoints.clone(),
+            waypoints: waypoints?,
             interpolation,
             optimizer,
             settings,
@@ -356,11 +368,12 @@ impl Check<'_> {
     fn fit(
         &self,
         task: &WaypointsTask,
+        waypoints: &[Vec<f64>],
         interpolation: &Interpolation,
         pointer: &str,
         faults: &mut Faults,
     ) {
-        let (segments, name) = (task.waypoints.len() - 1, interpolation.name);
+        let (segments, name) = (waypoints.len() - 1, interpolation.name);
         let most = interpolation.max_segments.unwrap_or(usize::MAX);
         if !(interpolation.min_segments..=most).contains(&segments) {
             let detail = match interpolation.max_segments {
@@ -386,7 +399,7 @@ impl Check<'_> {
                 .add(format!("{pointer}/constraints"), format!("{name} needs acceleration limits"));
         }
         for (joint, limit) in self.limits.iter().enumerate() {
-            let moves = task.waypoints.windows(2).any(|pair| pair[0][joint] != pair[1][joint]);
+            let moves = waypoints.windows(2).any(|pair| pair[0][joint] != pair[1][joint]);
             if moves {
                 self.moving_joint(task, interpolation, limit, closed_form, pointer, faults);
             }
@@ -426,62 +439,6 @@ impl Check<'_> {
             );
             faults.add(format!("{pointer}/interpolation"), detail);
         }
-    }
-
-    fn program(&self, task: &ProgramTask, faults: &mut Faults) -> Option<Vec<PreparedLeg>> {
-        let count = task.legs.len();
-        if count == 0 || count > MAX_LEGS {
-            faults.add("/task/legs", format!("{count} legs; 1 to {MAX_LEGS} are taken"));
-            return None;
-        }
-        let mut names = HashSet::new();
-        let mut legs = Vec::with_capacity(count);
-        for (index, leg) in task.legs.iter().enumerate() {
-            let place = format!("/task/legs/{index}");
-            if leg.name.is_empty() || leg.name.chars().count() > 64 {
-                faults.add(format!("{place}/name"), "a leg's name has 1 to 64 characters");
-            }
-            if !names.insert(&leg.name) {
-                faults
-                    .add(format!("{place}/name"), format!("another leg is called `{}`", leg.name));
-            }
-            let length = leg.note.as_ref().map_or(0, |note| note.chars().count());
-            if length > MAX_NOTE {
-                let detail = format!("{length} characters; a note has at most {MAX_NOTE}");
-                faults.add(format!("{place}/note"), detail);
-            }
-            if let Some(task) = self.waypoints(&leg.task, &format!("{place}/task"), faults) {
-                legs.push(PreparedLeg { name: leg.name.clone(), note: leg.note.clone(), task });
-            }
-            if index > 0 {
-                self.connection(&task.legs[index - 1], leg, &place, faults);
-            }
-        }
-        (legs.len() == count).then_some(legs)
-    }
-
-    /// A leg starts where the one before it ended.
-    fn connection(
-        &self,
-        before: &super::request::Leg,
-        leg: &super::request::Leg,
-        place: &str,
-        faults: &mut Faults,
-    ) {
-        let (Some(end), Some(start)) = (before.task.waypoints.last(), leg.task.waypoints.first())
-        else {
-            return;
-        };
-        let apart = end.iter().zip(start).position(|(end, start)| (end - start).abs() > 1e-9);
-        if let Some(joint) = apart {
-            let name = self.limits.get(joint).map_or("", |limit| &limit.name);
-            let detail = format!(
-                "leg {} starts with {name} at {}, but leg {} ends at {}",
-                leg.name, start[joint], before.name, end[joint]
-            );
-            faults.add(format!("{place}/task/waypoints/0/{joint}"), detail);
-        }
-        super::ends::connection(before, leg, self.limits, place, faults);
     }
 }
 

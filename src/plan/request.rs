@@ -11,6 +11,7 @@ use super::family::FamilyTask;
 use super::motion::MotionTask;
 use super::objectives::{ObjectiveWeights, ParetoRequest};
 use super::path::PathTask;
+use super::poses::Waypoint;
 use super::study::{BenchmarkTask, ComparisonTask};
 use crate::fault::{Faults, read};
 use crate::robot::RobotDescription;
@@ -88,9 +89,10 @@ pub const TASKS: &[&str] =
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WaypointsTask {
-    /// At least two configurations in joint order; rad or m.
+    /// At least two: configurations in joint order (rad or m), or poses of the tool (`{"pose": {...}}`), for which the
+    /// configurations with the least joint travel through all waypoints are taken.
     #[schema(min_items = 2)]
-    pub waypoints: Vec<Vec<f64>>,
+    pub waypoints: Vec<Waypoint>,
     /// Interpolation by registry name.
     #[serde(default = "default_interpolation")]
     pub interpolation: String,

@@ -194,20 +194,13 @@ pub struct ExcludingLimit {
 
 impl InverseFailure {
     fn new(robot: &Robot, miss: Miss) -> Self {
+        let detail = miss.describe(robot.joint_names());
         let Miss { error: PoseError { position, orientation }, configuration, limit } = miss;
         let limit = limit.map(|limit| ExcludingLimit {
             joint: robot.joint_names()[limit.joint].clone(),
             position: limit.position,
             limit: limit.limit,
         });
-        let mut detail = format!(
-            "no configuration within the limits reaches the pose; the nearest found misses it by {position:.4} m and {orientation:.4} rad"
-        );
-        if let Some(ExcludingLimit { joint, position, limit }) = &limit {
-            detail += &format!(
-                "; joint {joint:?} would have to be at {position:.4}, beyond its limit {limit:.4}"
-            );
-        }
         Self {
             code: "ik_no_solution".to_owned(),
             detail,

@@ -113,7 +113,11 @@ async fn grpc_takes_a_family_and_tells_its_members_and_result() {
         _ => panic!("a family"),
     };
     let rows = waypoints(plan.task).waypoints.into_iter();
-    let rows = rows.map(|values| proto::Configuration { values }).collect();
+    let rows = rows.map(|waypoint| match waypoint {
+        takt::plan::Waypoint::Joints(values) => proto::Waypoint { values, ..<_>::default() },
+        takt::plan::Waypoint::Pose(_) => panic!("joints"),
+    });
+    let rows = rows.collect();
     let task = proto::WaypointsTask { waypoints: rows, ..<_>::default() };
     let family = proto::FamilyTask {
         problem: Some(proto::FamilyProblem { task: Some(task), ..<_>::default() }),

@@ -82,7 +82,8 @@ impl Server {
 /// Two waypoints for a robot of four joints, planned as the seed says.
 pub fn job_request(seed: u64) -> JobRequest {
     let waypoints = [[0.0, 0.0, 0.0, 0.0], [0.1, 0.1, 0.05, 0.1]];
-    let waypoints = waypoints.map(|it| proto::Configuration { values: it.to_vec() }).to_vec();
+    let waypoints =
+        waypoints.map(|it| proto::Waypoint { values: it.to_vec(), ..<_>::default() }).to_vec();
     let task = proto::WaypointsTask { waypoints, ..<_>::default() };
     let robot = robot_ref::Kind::Inline(robot("four"));
     let plan = PlanRequest {

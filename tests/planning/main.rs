@@ -26,6 +26,7 @@ mod objectives;
 mod optimizers;
 mod paths;
 mod planners;
+mod poses;
 mod reproduce;
 mod samples;
 mod snapshots;

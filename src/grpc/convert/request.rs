@@ -6,7 +6,8 @@ use crate::grpc::proto;
 use crate::plan::{
     Clock, ConstraintHandling, Constraints, DurationGoal, DurationRange, EndMotion, Leg,
     LimitOverride, LimitOverrides, LimitScale, LimitValues, ObjectiveWeights, OptimizerChoice,
-    ParetoMethod, ParetoRequest, PlanRequest, ProgramTask, RobotRef, TASKS, Task, WaypointsTask,
+    ParetoMethod, ParetoRequest, PlanRequest, PoseWaypoint, ProgramTask, RobotRef, TASKS, Task,
+    Waypoint, WaypointsTask,
 };
 use crate::robot::RobotDescription;
 use crate::trajectory::objective::ObjectiveName;
@@ -196,6 +197,32 @@ impl MessageForm<proto::WaypointsTask> for WaypointsTask {
             start: MessageForm::from_message(start, place.field("start"), faults),
             goal: MessageForm::from_message(goal, place.field("goal"), faults),
         }
+    }
+}
+
+impl MessageForm<proto::Waypoint> for Waypoint {
+    fn into_message(self) -> proto::Waypoint {
+        match self {
+            Self::Joints(values) => proto::Waypoint { values, pose: None, seed: Vec::new() },
+            Self::Pose(PoseWaypoint { pose, seed }) => proto::Waypoint {
+                values: Vec::new(),
+                pose: Some(pose.into_message()),
+                seed: seed.unwrap_or_default(),
+            },
+        }
+    }
+
+    fn from_message(message: proto::Waypoint, place: Place<'_>, faults: &mut Faults) -> Self {
+        let proto::Waypoint { values, pose, seed } = message;
+        let Some(pose) = pose else {
+            return Self::Joints(MessageForm::from_message(values, place, faults));
+        };
+        if !values.is_empty() {
+            place.fault(faults, "a waypoint has values or a pose, not both");
+        }
+        let pose = MessageForm::from_message(pose, place.field("pose"), faults);
+        let seed: Vec<f64> = MessageForm::from_message(seed, place.field("seed"), faults);
+        Self::Pose(PoseWaypoint { pose, seed: (!seed.is_empty()).then_some(seed) })
     }
 }
 

@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use super::{MessageForm, read};
 use crate::grpc::{chunks, proto};
 use crate::job::{EventKind, Job, JobEvent, JobFilter, JobId, JobPage, JobState};
-use crate::plan::{Clock, PlanRequest, PlanResult, Task, WaypointsTask};
+use crate::plan::{Clock, PlanRequest, PlanResult, Task, Waypoint, WaypointsTask};
 use crate::robot::{KinematicsDescription, RobotDescription};
 use crate::service::{JobRequest, RobotOrigin, RobotPut, RobotSummary};
 
@@ -380,11 +380,26 @@ fn kinematics_of_every_form_survive_the_way_through_a_message() {
     assert!(read::<KinematicsDescription, _>(message).is_err());
 }
 
+#[test]
+fn waypoints_of_every_form_survive_the_way_through_a_message() {
+    for form in [
+        json!([1.0, 2.0]),
+        json!({"pose": {"position": [1, 2, 3]}}),
+        json!({"pose": {}, "seed": [0.5]}),
+    ] {
+        let waypoint: Waypoint = parsed(form);
+        let message: proto::Waypoint = waypoint.clone().into_message();
+        assert_eq!(read::<Waypoint, _>(message), Ok(waypoint));
+    }
+    let both = proto::Waypoint { values: vec![0.0], pose: Some(<_>::default()), seed: Vec::new() };
+    assert!(read::<Waypoint, _>(both).is_err());
+}
+
 /// What both forms leave out has to mean the same in both.
 #[test]
 fn defaults_are_those_of_the_json_form() {
     let message = proto::WaypointsTask {
-        waypoints: vec![proto::Configuration { values: vec![0.0] }],
+        waypoints: vec![proto::Waypoint { values: vec![0.0], ..<_>::default() }],
         ..<_>::default()
     };
     let task: WaypointsTask = parsed(json!({"waypoints": [[0.0]]}));
@@ -494,6 +509,7 @@ const WITHOUT_JSON: &[(&str, &str)] = &[
     ("JobRequest", "JSON has the plan's fields beside the job's"),
     ("JobEvent", "JSON has the event's fields beside a `type`"),
     ("Configuration", "a list in JSON"),
+    ("Waypoint", "a list in JSON, or an object with a pose"),
     ("Piece", "a list in JSON"),
     ("Polynomial", "a list in JSON"),
     ("OptionalNumbers", "a list in JSON"),

@@ -21,6 +21,24 @@ pub struct Miss {
     pub limit: Option<LimitMiss>,
 }
 
+impl Miss {
+    /// What happened, in words; `names` are the joints'.
+    pub fn describe(&self, names: &[String]) -> String {
+        let PoseError { position, orientation } = self.error;
+        let mut words = format!(
+            "no configuration within the limits reaches the pose; the nearest found misses it by {position:.4} m \
+             and {orientation:.4} rad"
+        );
+        if let Some(LimitMiss { joint, position, limit }) = self.limit {
+            let name = &names[joint];
+            words += &format!(
+                "; joint {name:?} would have to be at {position:.4}, beyond its limit {limit:.4}"
+            );
+        }
+        words
+    }
+}
+
 /// A limit in the way of a pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LimitMiss {

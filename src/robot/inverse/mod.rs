@@ -12,6 +12,7 @@ mod redundant;
 mod scara;
 mod screws;
 mod six_axis;
+mod solutions;
 mod spherical_wrist;
 #[cfg(test)]
 mod tests;
@@ -32,15 +33,16 @@ use redundant::{Redundant, spread};
 use scara::Scara;
 use screws::{EXACTLY, NEARLY};
 use six_axis::SixAxis;
+pub use solutions::Solutions;
 
 /// Above this (m, and rad) a closed form's answer is worth a step of refinement.
 const ROUNDING: f64 = 1e-12;
 /// An error beyond this is none that refinement would mend.
 const REFINABLE: f64 = 0.1;
-/// Two solutions whose joints differ by less are one, rad or m.
-const SAME: f64 = 1e-6;
 /// Positions of the held joint that are tried first, and at most.
 const HELD: [usize; 2] = [16, 2048];
+/// Other seeds that a closed form is tried with.
+const OTHER_SEEDS: usize = 64;
 /// Starts of a search.
 const STARTS: u64 = 100;
 /// As many solutions as a search lists: a six-axis arm has at most sixteen.
@@ -65,57 +67,6 @@ enum Solver {
     Scara(Box<Scara>),
     Gantry(Box<Gantry>),
     Numeric,
-}
-
-/// Solutions and working memory, to be used again: after the first use nothing is allocated.
-#[derive(Clone, Debug)]
-pub struct Solutions {
-    dof: usize,
-    joints: Vec<f64>,
-    errors: Vec<PoseError>,
-    scratch: Scratch,
-}
-
-impl Solutions {
-    /// Room for the solutions of `inverse`.
-    pub fn new(inverse: &InverseKinematics) -> Self {
-        Self {
-            dof: inverse.kinematics.dof(),
-            joints: Vec::new(),
-            errors: Vec::new(),
-            scratch: Scratch::new(&inverse.kinematics),
-        }
-    }
-
-    /// Number of solutions.
-    pub fn len(&self) -> usize {
-        self.errors.len()
-    }
-
-    /// True if there is none.
-    pub fn is_empty(&self) -> bool {
-        self.errors.is_empty()
-    }
-
-    /// The solutions, each with how far its pose is from the wanted one.
-    pub fn iter(&self) -> impl ExactSizeIterator<Item = (&[f64], PoseError)> {
-        self.joints.chunks_exact(self.dof).zip(self.errors.iter().copied())
-    }
-
-    fn clear(&mut self) {
-        self.joints.clear();
-        self.errors.clear();
-    }
-
-    fn push(&mut self, joints: &[f64], error: PoseError) {
-        self.joints.extend_from_slice(joints);
-        self.errors.push(error);
-    }
-
-    fn holds(&self, joints: &[f64]) -> bool {
-        let same = |(left, right): (&f64, &f64)| (left - right).abs() < SAME;
-        self.iter().any(|(found, _)| found.iter().zip(joints).all(same))
-    }
 }
 
 impl InverseKinematics {
@@ -197,8 +148,8 @@ impl InverseKinematics {
                 Solver::Numeric => self.search(target, seed, tolerance, MOST, found),
                 _ => self.branches(&motion, seed, |joints| keep(joints, found)),
             }
-            if found.is_empty() && !self.is_complete() {
-                self.search(target, seed, tolerance, 1, found);
+            if found.is_empty() {
+                self.look_elsewhere(target, &motion, seed, tolerance, found);
             }
             if !found.is_empty() {
                 return;
@@ -259,14 +210,20 @@ impl InverseKinematics {
                     best.offer(self, joints, seed, target, tolerance, found);
                 }),
             }
-            if found.is_empty() && !self.is_complete() {
-                self.search(target, seed, tolerance, 1, found);
+            if found.is_empty() {
+                self.look_elsewhere(target, &motion, seed, tolerance, found);
             }
             if !found.is_empty() {
                 return Ok(());
             }
         }
-        Err(Box::new(miss::explain(self, target, seed, tolerance)))
+        let miss = miss::explain(self, target, seed, tolerance);
+        if !miss.error.within(tolerance) {
+            return Err(Box::new(miss));
+        }
+        // The search for the nearest pose came upon the pose itself.
+        found.push(&miss.configuration, miss.error);
+        Ok(())
     }
 
     /// Shows `see` the branches of arms that have a closed form for all joints, limits aside.
@@ -363,6 +320,39 @@ impl InverseKinematics {
             error = PoseError::between(&self.kinematics.tool_transform(joints), target);
         }
         error.within(tolerance).then_some(error)
+    }
+
+    /// Finds one solution where the first look found none.
+    ///
+    /// Of a closed form: with other seeds. In a singular place a joint that takes the seed's position can leave the others
+    /// without a lawful one, though another position of it would not. Then by descents.
+    fn look_elsewhere(
+        &self,
+        target: &Transform,
+        motion: &Transform,
+        seed: &[f64],
+        tolerance: &PoseError,
+        found: &mut Solutions,
+    ) {
+        if !self.is_complete() {
+            return self.search(target, seed, tolerance, 1, found);
+        }
+        let mut best = Best::default();
+        let mut other = [0.0; Robot::MAX_DOF];
+        let other = &mut other[..seed.len()];
+        for share in spread([0.0, 1.0]).take(OTHER_SEEDS) {
+            for ((other, range), seed) in other.iter_mut().zip(&self.ranges).zip(seed) {
+                let [lower, upper] = range.window(*seed);
+                *other = lower + share * (upper - lower);
+            }
+            self.branches(motion, other, |joints| {
+                best.offer(self, joints, seed, target, tolerance, found);
+            });
+        }
+        // What fewer joints cannot reach exactly, descents cannot either.
+        if found.is_empty() && matches!(self.solver, Solver::SixAxis(_)) {
+            self.search(target, seed, tolerance, 1, found);
+        }
     }
 
     /// Descends from `seed` and from random starts until `most` solutions are found.

@@ -271,6 +271,25 @@ fn a_free_joint_takes_the_seeds_place() {
     assert!((solution[0] - 1.1).abs() < 1e-9, "{solution:?}");
 }
 
+/// A stretched wrist of a UR leaves joint 6 free, but not every position of it leaves the elbow within reach, and a
+/// limit may exclude the seed's.
+#[test]
+fn a_free_joint_moves_where_the_seed_leads_nowhere() {
+    let mut random = RandomStream::new(12, 0);
+    for name in ["ur5e", "aubo_i5", "rokae_xb4"] {
+        let robot = catalogue::get(name).unwrap();
+        for _ in 0..300 {
+            let mut joints = random_configuration(&robot, &mut random);
+            joints[4] = 0.0;
+            let target = tool(&robot, &joints);
+            let solution = nearest(&robot, &target, &robot.inverse().unwrap().home());
+            let solution = solution.unwrap_or_else(|miss| panic!("{name} at {joints:?}: {miss:?}"));
+            let error = PoseError::between(&tool(&robot, &solution), &target);
+            assert!(error.largest() < 1e-9, "{name} at {joints:?}: {error:?}");
+        }
+    }
+}
+
 /// The elbow that puts the wrist's centre on the axis of joint 1.
 fn centred_elbow(robot: &Robot, mut joints: [f64; 6]) -> f64 {
     let mut frames = crate::robot::LinkFrames::new(robot.kinematics().unwrap());
