@@ -98,17 +98,13 @@ impl Star {
         }
     }
 
-    /// Straightens the best path and cuts its corners, again and again as long as
-    /// that is worth it.
-    pub fn tighten<C: ValidityChecker>(&mut self, world: &mut World<'_, C>) {
-        for _ in 0..ROUNDS {
-            let length = self.roadmap.length();
-            self.straighten(world);
-            self.cut_corners(world);
-            if self.roadmap.length() >= length * (1.0 - LEAST_SAVING) {
-                return;
-            }
-        }
+    /// Straightens the best path and cuts its corners, once; whether it may be
+    /// worth doing so again.
+    pub fn tighten<C: ValidityChecker>(&mut self, world: &mut World<'_, C>) -> bool {
+        let length = self.roadmap.length();
+        self.straighten(world);
+        self.cut_corners(world);
+        self.roadmap.length() < length * (1.0 - LEAST_SAVING)
     }
 
     /// Cuts the corners of the best path, the last first: two new nodes before
@@ -168,9 +164,6 @@ impl Star {
         }
     }
 }
-
-/// Most rounds of straightening and cutting: others follow with the next path.
-const ROUNDS: usize = 16;
 
 /// Share of the path that is worth two nodes.
 const LEAST_SAVING: f64 = 1e-8;
