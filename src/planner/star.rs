@@ -175,6 +175,10 @@ fn between(from: &[f64], to: &[f64], share: f64, state: &mut [f64]) {
     }
 }
 
+/// Most ancestors that are looked at from one node: of longer lines evenly picked
+/// ones.
+const LOOKS: usize = 64;
+
 /// The earliest ancestor of a node from which a free motion leads to `state`,
 /// and that motion's length.
 fn furthest_in_sight<C: ValidityChecker>(
@@ -184,7 +188,8 @@ fn furthest_in_sight<C: ValidityChecker>(
     state: &[f64],
 ) -> Option<(u32, f64)> {
     let ancestors: Vec<u32> = tree.ancestors(node).collect();
-    let mut furthest = ancestors.into_iter().rev();
+    let apart = ancestors.len().div_ceil(LOOKS).max(1);
+    let mut furthest = ancestors.into_iter().rev().step_by(apart);
     let in_sight = furthest.find(|&ancestor| world.is_free(tree.state(ancestor), state))?;
     Some((in_sight, tree.distance(in_sight, state)))
 }
