@@ -35,7 +35,7 @@ pub struct Progress {
     pub evaluations: u64,
     /// Seconds since the start of the run.
     pub elapsed_s: f64,
-    /// Best duration so far, s, or best weighted objective; of a family, that
+    /// Best duration so far, s, best weighted objective or length of a path; of a family, that
     /// of the fastest member; null while no candidate is feasible.
     pub best: Option<f64>,
     /// Mean fitness of the current generation.

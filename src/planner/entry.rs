@@ -69,7 +69,7 @@ pub(super) const fn iterations(default: f64) -> Parameter {
         kind: ParameterKind::Integer,
         default: Some(default),
         min: 0.0,
-        max: 1e9,
+        max: 1e8,
     }
 }
 

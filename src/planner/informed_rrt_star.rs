@@ -41,6 +41,7 @@ pub(super) fn build(settings: &Settings, problem: &PlanningProblem) -> InformedR
         star: Star::new(settings, problem, 0),
         ellipsoid: Ellipsoid::new(problem),
         shortens: settings.flag("cut_corners"),
+        tightens: false,
         length: f64::INFINITY,
         share: 1.0,
     }
@@ -51,6 +52,8 @@ pub(super) struct InformedRrtStar {
     ellipsoid: Ellipsoid,
     /// Whether corners of the path are cut.
     shortens: bool,
+    /// Whether the last round of that made the path shorter.
+    tightens: bool,
     /// Length of the path that the ellipsoid is of.
     length: f64,
     /// The ellipsoid's share of the box when nodes were forgotten last.
@@ -59,10 +62,9 @@ pub(super) struct InformedRrtStar {
 
 impl Planner for InformedRrtStar {
     fn step<C: ValidityChecker>(&mut self, world: &mut World<'_, C>) {
-        if self.star.roadmap.length() < self.length {
-            if self.shortens {
-                self.star.tighten(world);
-            }
+        if self.star.roadmap.length() < self.length || self.tightens {
+            // One round per iteration, so that whoever cancels need not wait.
+            self.tightens = self.shortens && self.star.tighten(world);
             self.length = self.star.roadmap.length();
             self.ellipsoid.shrink(self.length);
             if self.ellipsoid.share().min(1.0) <= self.share * PRUNED_FROM {

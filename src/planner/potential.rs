@@ -20,7 +20,7 @@ pub(super) const STEPS: Parameter = integer(
     "most steps by which a sample is moved towards the goal; default 30",
     30.0,
     0.0,
-    1000.0,
+    200.0,
 );
 
 /// Length of a step of the descent.

@@ -4,14 +4,15 @@
 //! is extended towards a random state, the other goes on towards the new node until something is
 //! in the way.
 //!
-//! Deviation: samples are of a sequence that fills the box evenly, with a random start. On three maps
+//! Deviations: a long way to the other tree takes several iterations, so that whoever cancels need not
+//! wait; samples are of a sequence that fills the box evenly, with a random start. On three maps
 //! of a plane that saves a tenth to two fifths of all checks beside uniform random samples.
 
 use super::entry::{PlannerEntry, RANGE, iterations, range};
 use super::rewiring::steer;
 use super::roadmap::Roadmap;
 use super::world::World;
-use super::{Planner, PlanningProblem, ValidityChecker};
+use super::{Planner, PlanningProblem, ValidityChecker, distance};
 use crate::fault::parameter::Settings;
 
 /// Its registry entry.
@@ -34,6 +35,7 @@ pub(super) fn build(settings: &Settings, problem: &PlanningProblem) -> RrtConnec
         target: vec![0.0; problem.dimension()],
         state: vec![0.0; problem.dimension()],
         next: vec![0.0; problem.dimension()],
+        under_way: None,
     }
 }
 
@@ -47,10 +49,19 @@ pub(super) struct RrtConnect {
     state: Vec<f64>,
     /// Where the other tree goes next.
     next: Vec<f64>,
+    /// The node of tree `side` that the other tree is on its way to, and how far
+    /// that has come, where the way is too long for one iteration.
+    under_way: Option<(usize, u32, u32)>,
 }
+
+/// Most steps of one tree towards the other in one iteration.
+const STEPS: usize = 16;
 
 impl Planner for RrtConnect {
     fn step<C: ValidityChecker>(&mut self, world: &mut World<'_, C>) {
+        if let Some((side, node, at)) = self.under_way.take() {
+            return self.connect(world, side, node, at);
+        }
         world.sample_evenly(&mut self.target);
         let side = self.side;
         self.side = 1 - side;
@@ -61,7 +72,8 @@ impl Planner for RrtConnect {
         let Some(step) = step else { return };
         if world.is_free(from, &self.state) {
             let node = tree.add(&self.state, nearest, step);
-            self.connect(world, side, node);
+            let (at, _) = self.roadmap.trees[1 - side].nearest(&self.state);
+            self.connect(world, side, node, at);
         }
     }
 
@@ -75,13 +87,18 @@ impl Planner for RrtConnect {
 }
 
 impl RrtConnect {
-    /// Lets the other tree go towards a new node of tree `side`.
-    fn connect<C: ValidityChecker>(&mut self, world: &mut World<'_, C>, side: usize, node: u32) {
+    /// Lets the other tree go on from its node `at` to the new node of tree `side`.
+    fn connect<C: ValidityChecker>(
+        &mut self,
+        world: &mut World<'_, C>,
+        side: usize,
+        node: u32,
+        mut at: u32,
+    ) {
         let tree = &mut self.roadmap.trees[1 - side];
-        let (mut at, squared) = tree.nearest(&self.state);
-        let mut left = squared.sqrt();
-        loop {
+        for _ in 0..STEPS {
             let from = tree.state(at);
+            let left = distance(from, &self.state);
             let step = steer(from, &self.state, left, self.range, &mut self.next);
             if !step.is_none_or(|_| world.is_free(from, &self.next)) {
                 return;
@@ -92,8 +109,8 @@ impl RrtConnect {
             }
             let Some(step) = step else { return };
             at = tree.add(&self.next, at, step);
-            left = tree.distance(at, &self.state);
         }
+        self.under_way = Some((side, node, at));
     }
 
     fn join(&mut self, side: usize, node: u32, other: u32, step: f64) {

@@ -19,30 +19,39 @@ pub fn shortcut<C: ValidityChecker>(
     seed: u64,
     budget: &Budget,
 ) {
-    leave_out(path, checker);
+    leave_out(path, checker, budget);
     let mut random = RandomStream::new(seed, 0);
     let (mut failed, mut made) = (0, 0);
     while failed < attempts && path.len() > 2 && budget.stop_reason(made).is_none() {
         made += 1;
         failed = if cut(path, checker, &mut random) { 0 } else { failed + 1 };
         if made % 64 == 0 {
-            leave_out(path, checker);
+            leave_out(path, checker, budget);
         }
     }
-    leave_out(path, checker);
+    leave_out(path, checker, budget);
 }
 
-/// Joins every state with the furthest later one in sight.
-fn leave_out<C: ValidityChecker>(path: &mut Vec<Vec<f64>>, checker: &mut C) {
-    let mut at = 0;
-    while at + 2 < path.len() {
-        let later = (at + 2..path.len()).rev();
-        let seen = later.into_iter().find(|&to| checker.is_motion_valid(&path[at], &path[to]));
-        if let Some(to) = seen {
-            path.drain(at + 1..to);
-        }
-        at += 1;
+/// Most states up to which every later one is looked at.
+const ALL: usize = 256;
+
+/// Joins every state with the furthest later one in sight; on a long path with
+/// one that is found by going twice as far each time.
+fn leave_out<C: ValidityChecker>(path: &mut Vec<Vec<f64>>, checker: &mut C, budget: &Budget) {
+    let mut kept: Vec<Vec<f64>> = Vec::new();
+    let (mut at, last) = (0, path.len() - 1);
+    while at < last && budget.stop_reason(0).is_none() {
+        kept.push(std::mem::take(&mut path[at]));
+        let mut sees = |to: usize| checker.is_motion_valid(&kept[kept.len() - 1], &path[to]);
+        at = if last - at <= ALL {
+            (at + 2..=last).rev().find(|&to| sees(to)).unwrap_or(at + 1)
+        } else {
+            let twice = (1..).map(|power| at + (1 << power));
+            twice.take_while(|&to| to <= last && sees(to)).last().unwrap_or(at + 1)
+        };
     }
+    kept.extend(path.drain(at..));
+    *path = kept;
 }
 
 /// Joins two random points of the path if that is free and worth it.

@@ -53,13 +53,17 @@ impl LengthPoint {
 /// millisecond's work at most.
 const UNWATCHED: u64 = 16;
 
+/// Nodes that end a search before they fill the memory: some hundred megabytes.
+const MOST_NODES: usize = 2_000_000;
+
 /// Iterations between two reports if nothing improves.
 const SILENCE: u64 = 4096;
 
 /// Finds a path by the planner called by `entry`.
 ///
 /// The straight motion is tried first. An iteration counts as an evaluation of
-/// the budget. `progress` sees every improvement and signs of life between.
+/// the budget; two million nodes end a search like an evaluation limit.
+/// `progress` sees every improvement and signs of life between.
 ///
 /// # Errors
 ///
@@ -172,7 +176,7 @@ impl<C: ValidityChecker> Search<'_, C> {
             if let Some(reason) = self.limits.reached(length, iterations) {
                 break reason;
             }
-            if iterations == left {
+            if iterations == left || planner.roadmap().nodes() > MOST_NODES {
                 break StopReason::EvaluationLimit;
             }
             if iterations + self.world.checks >= watched {

@@ -98,17 +98,13 @@ impl Star {
         }
     }
 
-    /// Straightens the best path and cuts its corners, again and again as long as
-    /// that is worth it.
-    pub fn tighten<C: ValidityChecker>(&mut self, world: &mut World<'_, C>) {
-        for _ in 0..ROUNDS {
-            let length = self.roadmap.length();
-            self.straighten(world);
-            self.cut_corners(world);
-            if self.roadmap.length() >= length * (1.0 - LEAST_SAVING) {
-                return;
-            }
-        }
+    /// Straightens the best path and cuts its corners, once; whether it may be
+    /// worth doing so again.
+    pub fn tighten<C: ValidityChecker>(&mut self, world: &mut World<'_, C>) -> bool {
+        let length = self.roadmap.length();
+        self.straighten(world);
+        self.cut_corners(world);
+        self.roadmap.length() < length * (1.0 - LEAST_SAVING)
     }
 
     /// Cuts the corners of the best path, the last first: two new nodes before
@@ -169,9 +165,6 @@ impl Star {
     }
 }
 
-/// Most rounds of straightening and cutting: others follow with the next path.
-const ROUNDS: usize = 16;
-
 /// Share of the path that is worth two nodes.
 const LEAST_SAVING: f64 = 1e-8;
 
@@ -182,6 +175,10 @@ fn between(from: &[f64], to: &[f64], share: f64, state: &mut [f64]) {
     }
 }
 
+/// Most ancestors that are looked at from one node: of longer lines evenly picked
+/// ones.
+const LOOKS: usize = 64;
+
 /// The earliest ancestor of a node from which a free motion leads to `state`,
 /// and that motion's length.
 fn furthest_in_sight<C: ValidityChecker>(
@@ -191,7 +188,8 @@ fn furthest_in_sight<C: ValidityChecker>(
     state: &[f64],
 ) -> Option<(u32, f64)> {
     let ancestors: Vec<u32> = tree.ancestors(node).collect();
-    let mut furthest = ancestors.into_iter().rev();
+    let apart = ancestors.len().div_ceil(LOOKS).max(1);
+    let mut furthest = ancestors.into_iter().rev().step_by(apart);
     let in_sight = furthest.find(|&ancestor| world.is_free(tree.state(ancestor), state))?;
     Some((in_sight, tree.distance(in_sight, state)))
 }

@@ -182,49 +182,49 @@ fn percent(all: &[Runs], other: usize, figure: impl Fn(&PathResult) -> f64) -> f
 
 fn findings(map: &Map, all: &[Runs]) -> Findings {
     let mut findings = Findings::new(&["IPQ-RRT*-connect", "paper [%]", "ours [%]"]);
-    let comparisons = [
-        ("length against PQ-RRT*", map.length, percent(all, 3, |it| it.length)),
-        ("time against Bi-APF-RRT*", map.time, percent(all, 2, |it| it.evaluations as f64)),
-        (
-            "iterations against Bi-APF-RRT*",
-            map.iterations,
-            percent(all, 2, |it| it.iterations as f64),
-        ),
-    ];
-    for (what, published, ours) in comparisons {
-        let cells = |name| vec![name, format!("{published:.2}"), number(ours, 2)];
-        findings.add(
-            cells(format!("{}, {what}, by how much", map.name)),
-            Verdict::CannotBeCompared,
-            "The map is a substitute, and the other planner's constants are not printed.",
-        );
-        let reason = match (published < 0.0) == (ours < 0.0) {
-            true => "It is less here, too.",
-            false => {
-                "It is more here: a first path of two greedy trees is no shorter than one that \
-                 a rewired tree finds; paths get shorter by going on."
-            }
-        };
-        findings.add(
-            cells(format!("{}, {what}, less at all", map.name)),
-            Verdict::shown((published < 0.0) == (ours < 0.0)),
-            reason,
-        );
+    let cells = |what: &str, published: f64, ours: f64| {
+        let name = format!("{}, {what}", map.name);
+        vec![name, format!("{published:.2}"), number(ours, 2)]
+    };
+    let length = percent(all, 3, |it| it.length);
+    findings.add(
+        cells("length against PQ-RRT*, by how much", map.length, length),
+        Verdict::CannotBeCompared,
+        "The map is a substitute.",
+    );
+    findings.add(
+        cells("length against PQ-RRT*, shorter at all", map.length, length),
+        Verdict::shown(length < 0.0),
+        "On the substitute. A first path of two trees that head for each other is no shorter than \
+         one of a tree that was rewired all the way; paths get shorter by going on.",
+    );
+    let time = percent(all, 2, |it| it.evaluations as f64);
+    let iterations = percent(all, 2, |it| it.iterations as f64);
+    for (what, published, ours) in [
+        ("time against Bi-APF-RRT*", map.time, time),
+        ("iterations against Bi-APF-RRT*", map.iterations, iterations),
+    ] {
+        let reason = "The paper only names that planner; as built here it is a strong one, and it \
+                      may be another. An iteration of IPQ-RRT*-connect extends two trees, one of \
+                      the others extends one.";
+        findings.add(cells(what, published, ours), Verdict::CannotBeCompared, reason);
     }
     for planner in map.failures {
         let Some(runs) = all.iter().find(|runs| runs.planner == *planner) else { continue };
-        let failed = runs.failed();
-        let share = 100.0 * failed as f64 / runs.found.len().max(1) as f64;
-        findings.add(
-            vec![
-                format!("{}, {planner} finds no path", map.name),
-                "100.00".to_owned(),
-                format!("{share:.2}"),
-            ],
-            Verdict::shown(share > 50.0),
-            "On the substitute; ours counts runs without a path after 20,000 iterations. A planner \
-             that covers all of the space finds every path in the end.",
-        );
+        let share = 100.0 * runs.failed() as f64 / runs.found.len().max(1) as f64;
+        let (verdict, reason) = match *planner {
+            "bi_apf_rrt_star" => (
+                Verdict::CannotBeCompared,
+                "The paper only names that planner. Ours are runs without a path after 20,000 \
+                 iterations on the substitute.",
+            ),
+            _ => (
+                Verdict::shown(share > 50.0),
+                "Ours are runs without a path after 20,000 iterations on the substitute. Until \
+                 there is a path this planner is RRT*, which the paper has succeed.",
+            ),
+        };
+        findings.add(cells(&format!("{planner} finds no path"), 100.0, share), verdict, reason);
     }
     findings
 }

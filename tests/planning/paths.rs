@@ -179,7 +179,7 @@ fn a_way_that_is_barred_fails_with_how_far_it_came() {
 #[test]
 fn a_cancelled_search_hands_back_the_path_it_has() {
     let token = CancelToken::default();
-    let task = json!({ "planner": {"name": "rrt_star", "iterations": 1_000_000_000} });
+    let task = json!({ "planner": {"name": "rrt_star", "iterations": 100_000_000} });
     let request = PlanRequest::parse(request(task)).unwrap();
     let prepared = validate(&request, &|_| None).unwrap();
     let cancel = token.clone();

@@ -243,12 +243,13 @@ fn a_way_that_is_barred_is_not_found() {
 #[test]
 fn cancelled_searches_end_within_a_few_checks() {
     for entry in PLANNERS {
-        for at in [2, 400] {
+        // With short steps a tree is long on its way to the other.
+        for (at, range) in [(2, 10.0), (400, 10.0), (400, 1e-3)] {
             let token = CancelToken::default();
             let (problem, mut checker) = two_balls(2);
             checker.wall = Some([20.0, 30.0]);
             checker.cancel = Some((at, token.clone()));
-            let given = json!({ "iterations": 1_000_000 });
+            let given = json!({ "iterations": 1_000_000, "range": range });
             let world = (&problem, &mut checker);
             let (solution, _) = watch(entry, given, world, 5, &Budget::new(token));
             assert_eq!(solution.stop_reason, StopReason::Cancelled, "{}", entry.name);
@@ -256,6 +257,29 @@ fn cancelled_searches_end_within_a_few_checks() {
             assert!(after < 400, "{}: {after} checks after it was cancelled", entry.name);
         }
     }
+}
+
+/// Fine steps make a path of thousands of states.
+#[test]
+fn shortcuts_of_a_long_path_end_and_can_be_cancelled() {
+    let (problem, mut checker) = two_balls(2);
+    let round = |share: f64| {
+        let angle = std::f64::consts::PI * (1.0 - share);
+        vec![50.0 + 40.0 * angle.cos(), 50.0 - 40.0 * angle.sin()]
+    };
+    let mut path: Vec<Vec<f64>> = (0..=5000).map(|step| round(f64::from(step) / 5000.0)).collect();
+    path[0].clone_from(&problem.start);
+    path[5000].clone_from(&problem.goal);
+    let long = path.clone();
+    shortcut(&mut path, &mut checker, 100, 1, &Budget::default());
+    assert!(checker.checks < 100_000, "{} checks", checker.checks);
+    assert!(length(&path) < 1.02 * optimum(), "{}", length(&path));
+    assert_free(&path, &checker, "long");
+    let token = CancelToken::default();
+    token.cancel();
+    let mut untouched = long.clone();
+    shortcut(&mut untouched, &mut checker, 100, 1, &Budget::new(token));
+    assert_eq!(untouched, long);
 }
 
 #[test]
@@ -396,7 +420,7 @@ fn odd_settings_keep_the_promises() {
         json!({ "goal_reach": 1.0 }),
         json!({ "depth": 0 }),
         json!({ "depth": 50 }),
-        json!({ "descent_steps": 1000, "descent_stride": 1e9, "keep_off": 1e-9 }),
+        json!({ "descent_steps": 200, "descent_stride": 1e9, "keep_off": 1e-9 }),
         json!({ "exploration": 0.0 }),
         json!({ "attraction": 0.0, "bias": 1.0, "influence": 1e9 }),
         json!({ "beacon_every": 1, "beacon_radius": 1e6 }),

@@ -80,7 +80,12 @@ pub(super) fn smooth(
     let mut smoothed = Smoothed { path: vec![path[0].clone()], curve: None, length: 0.0 };
     let mut pieces = Vec::new();
     for corner in 1..path.len() - 1 {
-        shape.round(&path[corner - 1..=corner + 1], space, &mut smoothed, &mut pieces);
+        let corner = &path[corner - 1..=corner + 1];
+        if budget.stop_reason(0).is_none() {
+            shape.round(corner, space, &mut smoothed, &mut pieces);
+        } else {
+            straight(corner[1].clone(), &mut smoothed, &mut pieces);
+        }
     }
     straight(path[path.len() - 1].clone(), &mut smoothed, &mut pieces);
     smoothed.curve = Some(pieces);
