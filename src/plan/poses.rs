@@ -11,8 +11,8 @@ use utoipa::ToSchema;
 
 use super::prepare::Check;
 use crate::fault::Faults;
+use crate::geometry::check_pose;
 use crate::geometry::{Pose, Transform};
-use crate::robot::check_pose;
 use crate::robot::inverse::{InverseKinematics, PoseError, Solutions};
 
 /// Most poses of one task: each is solved before the task is accepted.

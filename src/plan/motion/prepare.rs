@@ -16,7 +16,7 @@ use crate::scene::Scene;
 use crate::trajectory::interpolation::interpolation;
 
 /// How much further away paths keep where they can, m: as much may curves leave them.
-const ROOM_M: f64 = 5e-3;
+const ROOMS_M: [f64; 2] = [5e-3, 1e-3];
 
 /// Largest distance that can be asked for, m.
 const MOST_CLEARANCE_M: f64 = 10.0;
@@ -25,8 +25,8 @@ const MOST_CLEARANCE_M: f64 = 10.0;
 pub(in crate::plan) struct PreparedMotion {
     pub robot: Arc<Robot>,
     pub checker: CollisionChecker,
-    /// The same that keeps further away, so that timing has room.
-    pub roomy: CollisionChecker,
+    /// The same that keep further away, so that timing has room; the one that keeps furthest away first.
+    pub roomy: Vec<CollisionChecker>,
     /// Start and goal.
     pub ends: [MotionEnd; 2],
     pub clearance_m: f64,
@@ -65,8 +65,10 @@ pub(in crate::plan) fn prepare(
     let shortcuts = check_smoothing(task, faults);
     let timing = check_timing(task, check, faults);
     let margin = if sound { task.clearance_m } else { 0.0 };
-    let checker = |margin| CollisionChecker::new(robot, scene, margin, MotionCheck::Proven);
-    let checkers = match (checker(margin), checker(margin + ROOM_M)) {
+    let checker =
+        |room: f64| CollisionChecker::new(robot, scene, margin + room, MotionCheck::Proven);
+    let roomy: Result<Vec<_>, Faults> = ROOMS_M.into_iter().map(checker).collect();
+    let checkers = match (checker(0.0), roomy) {
         (Ok(checker), Ok(roomy)) => Some((checker, roomy)),
         (Err(found), _) | (_, Err(found)) => {
             for fault in found.0 {

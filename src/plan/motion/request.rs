@@ -6,6 +6,7 @@ use utoipa::ToSchema;
 use crate::geometry::Pose;
 use crate::plan::objectives::ObjectiveWeights;
 use crate::plan::path::{PlannerChoice, SmoothingChoice};
+use crate::plan::poses::Waypoint;
 use crate::plan::request::{
     Clock, ConstraintHandling, Constraints, DurationGoal, DurationRange, OptimizerChoice,
     WaypointsTask,
@@ -73,7 +74,7 @@ impl MotionTask {
     /// The task of timing `waypoints` as this one asks for.
     pub(super) fn through(&self, waypoints: Vec<Vec<f64>>) -> WaypointsTask {
         WaypointsTask {
-            waypoints,
+            waypoints: waypoints.into_iter().map(Waypoint::Joints).collect(),
             interpolation: self.interpolation.clone(),
             clock: self.clock,
             optimizer: self.optimizer.clone(),

@@ -8,6 +8,7 @@ use super::prepare::PreparedMotion;
 use super::result::MotionPath;
 use super::timing::timed;
 use crate::budget::Budget;
+use crate::collision::CollisionChecker;
 use crate::math::random::derive_seed;
 use crate::plan::error::{PlanCode, PlanError};
 use crate::plan::prepared::{LEAST_WAY, PreparedPlan, Progress};
@@ -39,7 +40,7 @@ pub(in crate::plan) fn run(
     let start = configurations(task, PathEnd::Start, &home, &mut free)?.swap_remove(0);
     let goals = configurations(task, PathEnd::Goal, &start, &mut free)?;
     let search = Search { plan, task, start, goals, seed, budget, progress };
-    if let Some(result) = search.with_room(&mut free) {
+    if let Some(result) = task.roomy.iter().find_map(|roomy| search.with_room(roomy, &mut free)) {
         return Ok(result);
     }
     let solution = search.path(&search.goals, budget, &mut free)?;
@@ -61,9 +62,9 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// A motion along a path with room around it, if there is one.
-    fn with_room(&self, free: &mut FreeMotions) -> Option<PlanResult> {
-        let mut roomy = FreeMotions::new(&self.task.roomy);
+    /// A motion along a path that is free by `roomy`, if there is one.
+    fn with_room(&self, roomy: &CollisionChecker, free: &mut FreeMotions) -> Option<PlanResult> {
+        let mut roomy = FreeMotions::new(roomy);
         if !roomy.is_state_valid(&self.start) {
             return None;
         }
