@@ -85,7 +85,7 @@ impl World {
 
     /// The smallest distance of anything that must not touch, zero where something does.
     pub fn clearance(&self, state: &[f64]) -> f64 {
-        let mut frames = LinkFrames::new(self.robot.dof());
+        let mut frames = LinkFrames::new(self.robot.kinematics().unwrap());
         self.robot.kinematics().unwrap().forward(state, &mut frames);
         let frame = |link: usize| match link {
             0 => parry_frame(frames.base()),

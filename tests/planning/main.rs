@@ -21,6 +21,7 @@ mod independent;
 mod jerk_limited;
 mod kernel;
 mod limits;
+mod motions;
 mod moving_ends;
 mod objectives;
 mod optimizers;

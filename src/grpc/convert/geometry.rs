@@ -1,6 +1,6 @@
 //! Solids and where they are.
 
-use super::{MessageForm, Place, Required};
+use super::{MessageForm, Place};
 use crate::fault::Faults;
 use crate::geometry::{Pose, Shape};
 use crate::grpc::proto;
@@ -99,7 +99,7 @@ impl MessageForm<proto::Pose> for Pose {
 }
 
 /// `N` numbers, or none at all for the default.
-fn numbers<const N: usize>(
+pub(super) fn numbers<const N: usize>(
     message: Vec<f64>,
     default: [f64; N],
     place: Place<'_>,

@@ -1,7 +1,9 @@
 //! Robots.
 
+use super::geometry::numbers;
 use super::{Defaulted, MessageForm, Place};
 use crate::fault::Faults;
+use crate::geometry::Pose;
 use crate::grpc::proto;
 use crate::robot::{
     DhConvention, DhRow, Joint, JointLimits, JointProvenance, JointType, KinematicsDescription,

@@ -71,7 +71,7 @@ fn job_request() -> Value {
         "robot": robot(),
         "task": {"type": "program", "legs": [
             {"name": "AB", "note": "gripper 3", "task": waypoints_task()}, {"name": "BC", "task": leg}]},
-        "seed": 7,
+        "seed": 7, "scene": motion_request()["scene"],
         "limits": {"lower": [null, -1.0, -1.0], "upper": 2.0, "velocity": 3.0,
             "acceleration": [1.0, 2.0, 3.0], "jerk": null, "tcp_speed": 0.25},
         "limit_scale": {"velocity": 0.5, "acceleration": 0.6, "jerk": 0.7},
@@ -103,6 +103,9 @@ pub(crate) fn trajectory_result() -> Value {
             "clearance": {"smallest_m": 0.1, "at": 1.0, "pair": ["arm", "table"]},
             "sha256": "ab"},
         "bound": {"lower": 2.9, "gap": 0.03, "method": "speed"},
+        "motion": {"planned": [[0.0, 0.5], [3.0, 3.5]], "path": [[0.0, 0.5], [3.0, 3.5]],
+            "length": 4.5, "straight_length": 4.25, "nodes": 10, "iterations": 11, "checks": 12,
+            "planner": "rrt_connect", "smoothing": "shortcut", "added_waypoints": 2},
         "metrics": {"initial_duration": 12.0, "saved": 0.75, "rms_jerk": [1.0, 2.0],
             "mean_utilisation": [0.5, null], "path_length": [3.0, 3.0],
             "binding": [{"segment": 1, "joint": "j1", "limit": "velocity"}],
@@ -189,6 +192,35 @@ fn path_task() -> Value {
         "planner": {"name": "rrt_star", "range": 0.5, "first_path": true},
         "smoothing": {"name": "bezier", "degree": 5}, "trees": true,
     })
+}
+
+/// With every field given.
+fn motion_request() -> Value {
+    json!({
+        "robot": "arm", "seed": 7,
+        "scene": {"name": "cell", "description": "a cell",
+            "obstacles": [{"name": "table", "shape": {"type": "box", "size": [1.0, 2.0, 0.1]},
+                "pose": {"position": [1.0, 0.0, 0.0], "orientation": [0.0, 0.0, 0.0, 1.0]}}],
+            "attached": [{"name": "gripper", "link": 6, "shape": {"type": "sphere", "radius": 0.1},
+                "pose": {"position": [0.0, 0.0, 0.1], "orientation": [0.0, 0.0, 0.0, 1.0]}}],
+            "allowed_pairs": [["gripper", "table"]]},
+        "task": {"type": "motion", "start": {"joints": [0.0, 1.0]},
+            "goal": {"pose": {"position": [0.5, 0.0, 0.5], "orientation": [0.0, 1.0, 0.0, 0.0]}},
+            "clearance_m": 0.01, "planner": {"name": "rrt_connect", "range": 0.5},
+            "smoothing": {"name": "shortcut", "attempts": 50.0}, "interpolation": "quintic",
+            "clock": "per_joint", "optimizer": {"name": "pso", "population": 20.0},
+            "constraint_handling": "penalty", "constraints": "velocity_only",
+            "durations": {"min": 0.1, "max": 2.0}, "duration": {"at_most": 3.0},
+            "objective": {"time": 1.0, "rms_jerk": 0.5, "energy": 0.25}},
+    })
+}
+
+#[test]
+fn motions_survive_both_ways() {
+    let request = PlanRequest::parse(motion_request()).unwrap();
+    assert_returns::<proto::PlanRequest, _>(request.clone());
+    let named = json!({"scene": "cell-3", "robot": "ur5e", "task": motion_request()["task"]});
+    assert_returns::<proto::PlanRequest, _>(PlanRequest::parse(named).unwrap());
 }
 
 /// With every field given.
@@ -521,6 +553,9 @@ const WITHOUT_JSON: &[(&str, &str)] = &[
     ("PlannerChoice", "JSON has the parameters beside the name"),
     ("SmoothingChoice", "JSON has the parameters beside the name"),
     ("Obstacle", "JSON has the obstacle's fields beside a `type`"),
+    ("SceneRef", "JSON has the name or the scene itself"),
+    ("NamePair", "a list in JSON"),
+    ("MotionEnd", "JSON has one of its fields at a time"),
 ];
 
 /// An object of the JSON form for every other message.
@@ -640,6 +675,14 @@ fn objects() -> BTreeMap<&'static str, Value> {
         ("PathResult", path.clone()),
         ("BezierPiece", path["curve"][0].clone()),
         ("TreeEdge", path["tree_edges"][0].clone()),
+    ]);
+    let motion = serde_json::to_value(PlanRequest::parse(motion_request()).unwrap()).unwrap();
+    objects.extend([
+        ("MotionTask", without(motion["task"].clone(), &["type"])),
+        ("MotionPath", result["motion"].clone()),
+        ("Scene", motion["scene"].clone()),
+        ("SceneObstacle", motion["scene"]["obstacles"][0].clone()),
+        ("AttachedObject", motion["scene"]["attached"][0].clone()),
     ]);
     objects.extend([
         ("ProgramResult", program.clone()),
