@@ -1,6 +1,6 @@
 //! Solids and where they are.
 
-use super::{MessageForm, Place, Required};
+use super::{MessageForm, Place};
 use crate::fault::Faults;
 use crate::geometry::{Pose, Shape};
 use crate::grpc::proto;
