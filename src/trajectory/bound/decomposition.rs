@@ -12,9 +12,9 @@ use super::payment::{Case, Minorant, minorants};
 
 /// Prices of the states at waypoints; any are valid, good ones are the multipliers of a good trajectory.
 ///
-/// `[segment][joint]`: what velocity and acceleration cost where a segment starts, in s per rad/s and
-/// per rad/s² (or m). Those of the first segment do not count.
-pub type Prices = Vec<Vec<[f64; 2]>>;
+/// `[segment][joint]`: what position, velocity and acceleration cost where a segment starts, in s per rad, per rad/s
+/// and per rad/s² (or m). Those of the first segment do not count.
+pub type Prices = Vec<Vec<[f64; 3]>>;
 
 /// Durations tried first, relative to those of the trajectory.
 const FIRST: [f64; 6] = [0.9, 0.97, 1.0, 1.03, 1.12, 1.5];
@@ -81,7 +81,7 @@ fn case(
 ) -> Case {
     let last = segment + 1 == ways.len();
     let price = |segment: usize| {
-        let [v, a] = prices[segment][joint];
+        let [_, v, a] = prices[segment][joint];
         let [_, acceleration, jerk] = limits[joint].map(f64::is_finite);
         // What has no limit on its change may jump at a waypoint.
         [if acceleration { v } else { 0.0 }, if jerk { a } else { 0.0 }]

@@ -57,7 +57,7 @@ const HALVINGS: [usize; 2] = [8, 30];
 #[derive(Clone, Debug)]
 pub struct Outcome {
     /// The Lagrangian's slopes at the end, see [`Work::prices`].
-    pub prices: Vec<[Lanes; 2]>,
+    pub prices: Vec<[Lanes; 3]>,
     /// Newton steps taken.
     pub iterations: usize,
     /// Whether the last barrier problem was solved.
@@ -191,13 +191,15 @@ fn advance(
     let steps = old.cells.iter().zip(&work.steps);
     for (index, (new, (old, step))) in new.cells.iter_mut().zip(steps).enumerate() {
         let c = index % all;
-        // Positions at waypoints are given, and so is rest at the goal, but for acceleration
-        // that may jump.
+        // Positions at waypoints are given where there is no room, and so is rest at the goal, but
+        // for acceleration that may jump.
         let goal = c + 1 == all;
-        for e in 0..2 {
-            let given = if e == 0 { (c + 1).is_multiple_of(k) } else { goal };
-            new.s[e] = if given { old.s[e] } else { old.s[e] + step.s[e] * primal };
-        }
+        new.s[0] = match (&problem.berths[index / k], (c + 1).is_multiple_of(k)) {
+            (_, false) => old.s[0] + step.s[0] * primal,
+            (Some(berth), true) => old.s[0] + step.s[0] * primal * berth.open,
+            (None, true) => old.s[0],
+        };
+        new.s[1] = if goal { old.s[1] } else { old.s[1] + step.s[1] * primal };
         let mut change = step.s[2] * primal;
         if goal {
             change = change * (Lanes([1.0; WIDTH]) - problem.groups[index / all].smooth);
@@ -205,6 +207,11 @@ fn advance(
         new.s[2] = old.s[2] + change;
         for (new, (old, step)) in new.z.iter_mut().zip(old.z.iter().zip(&step.z)) {
             *new = *old + *step * dual;
+        }
+    }
+    for (new, (old, step)) in new.berths.iter_mut().zip(old.berths.iter().zip(&work.berths)) {
+        for side in 0..2 {
+            new[side] = old[side] + step[side] * dual;
         }
     }
     for (i, step) in work.durations.iter().enumerate() {

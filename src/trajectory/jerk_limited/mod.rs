@@ -76,6 +76,7 @@ use speeds::Bounds;
 
 use super::bound::lower_bound;
 use super::kernel::KernelLimits;
+use super::rooms::Rooms;
 use super::{Ends, Prices, Trajectory};
 use crate::budget::Budget;
 
@@ -161,36 +162,49 @@ impl<'a> Watch<'a> {
     }
 }
 
+/// What is asked for.
+#[derive(Clone, Copy, Debug)]
+pub struct Demand<'a> {
+    /// `[waypoint][joint]`, rad or m; neighbours differ in at least one joint.
+    pub waypoints: &'a [Vec<f64>],
+    /// By joint; infinite where there is none.
+    pub limits: &'a [KernelLimits],
+    /// Lower limits of velocity, `[segment][joint]` in rad/s or m/s and positive: infinite where the joint's own holds,
+    /// and empty where it does everywhere.
+    pub speeds: &'a [Vec<f64>],
+    /// By how much inner waypoints may be missed.
+    pub rooms: Rooms<'a>,
+    /// Motion at the ends; none if they are at rest.
+    pub ends: Option<&'a Ends>,
+}
+
+impl<'a> Demand<'a> {
+    /// Through all waypoints exactly, from rest to rest within the joints' limits.
+    pub fn new(waypoints: &'a [Vec<f64>], limits: &'a [KernelLimits]) -> Self {
+        Self { waypoints, limits, speeds: &[], rooms: Rooms::none(), ends: None }
+    }
+}
+
 /// The fastest trajectory through `waypoints[waypoint][joint]`, from rest to rest.
 ///
 /// Limits that do not exist are infinite. Neighbouring waypoints differ in at least one joint.
 pub fn fastest(waypoints: &[Vec<f64>], limits: &[KernelLimits]) -> Fastest {
-    fastest_within(waypoints, limits, &Budget::default(), &mut |_| {})
+    fastest_within(&Demand::new(waypoints, limits), &Budget::default(), &mut |_| {})
 }
 
-/// The same, as far as `budget` allows: what is not planned by then stops at every waypoint.
-/// `tell` hears how planning proceeds: at the start, after every window of a long list, and at the end.
-pub fn fastest_within(
-    waypoints: &[Vec<f64>],
-    limits: &[KernelLimits],
-    budget: &Budget,
-    tell: &mut dyn FnMut(Stage),
-) -> Fastest {
-    let rows: Vec<[f64; 3]> = limits.iter().map(|limit| limit.derivatives).collect();
-    let limits = layout::effective(&ways(waypoints), limits);
-    let bound = |plan: &Plan, waypoints: &[Vec<f64>]| {
+/// The same for any demand whose ends are at rest, as far as `budget` allows: what is not planned by then stops at
+/// every waypoint. `tell` hears how planning proceeds: at the start, after every window of a long list, and at the end.
+pub fn fastest_within(demand: &Demand, budget: &Budget, tell: &mut dyn FnMut(Stage)) -> Fastest {
+    let Demand { waypoints, rooms, .. } = *demand;
+    let rows: Vec<[f64; 3]> = demand.limits.iter().map(|limit| limit.derivatives).collect();
+    let limits = layout::effective(&ways(waypoints), demand.limits);
+    let demand = Demand { limits: &limits, ..*demand };
+    let bound = |plan: &Plan, Demand { waypoints, .. }: &Demand| {
         lower_bound(&ways(waypoints), &rows, &plan.motion.durations, &plan.motion.prices)
     };
-    let ends = Ends::at_rest(limits.len());
-    let plan_from = |waypoints: &[Vec<f64>], iterations: usize, tell: &mut dyn FnMut(Stage)| {
-        let stops = stopped(&ways(waypoints), Bounds::everywhere(&limits));
-        one_way(
-            &Route { waypoints, limits: &limits, speeds: &[], ends: &ends },
-            &stops,
-            budget,
-            iterations,
-            tell,
-        )
+    let plan_from = |demand: &Demand, iterations: usize, tell: &mut dyn FnMut(Stage)| {
+        let stops = stopped(&ways(demand.waypoints), Bounds::everywhere(&limits));
+        one_way(demand, &stops, budget, iterations, tell)
     };
     // What is known of the first plan stays known while others are tried.
     let mut known = f64::INFINITY;
@@ -198,12 +212,14 @@ pub fn fastest_within(
         known = known.min(stage.duration);
         tell(Stage { duration: known, ..stage });
     };
-    let mut plan = plan_from(waypoints, 0, tell);
-    let mut lower = bound(&plan, waypoints);
+    let mut plan = plan_from(&demand, 0, tell);
+    let mut lower = bound(&plan, &demand);
     let short = (3..=SECOND_LOOK.1).contains(&waypoints.len());
     if short && plan.motion.duration() > SECOND_LOOK.0 * lower {
         // Backwards in time the optimum is the same, but the search takes another way to it.
         let reversed: Vec<Vec<f64>> = waypoints.iter().rev().cloned().collect();
+        let table = rooms.reversed();
+        let reversed = Demand { waypoints: &reversed, rooms: Rooms::new(&table), ..demand };
         let back = plan_from(&reversed, plan.iterations, tell);
         lower = lower.max(bound(&back, &reversed));
         let iterations = back.iterations;
@@ -214,13 +230,8 @@ pub fn fastest_within(
     }
     let values = 2 * limits.len() * waypoints.len().saturating_sub(2);
     if short && values <= THIRD_LOOK.1 && plan.motion.duration() > THIRD_LOOK.0 * lower {
-        third_look(
-            &Route { waypoints, limits: &limits, speeds: &[], ends: &ends },
-            &mut plan,
-            budget,
-            tell,
-        );
-        lower = lower.max(bound(&plan, waypoints));
+        third_look(&demand, &mut plan, budget, tell);
+        lower = lower.max(bound(&plan, &demand));
     }
     plan.finished(waypoints, lower)
 }
@@ -229,12 +240,13 @@ pub fn fastest_within(
 ///
 /// The motions searched are joined from one closed form per segment and exact only to the rounding of each; a
 /// programme's solution is continuous and meets the waypoints.
-fn third_look(route: &Route, plan: &mut Plan, budget: &Budget, tell: &mut dyn FnMut(Stage)) {
-    let Route { waypoints, limits, speeds, ends } = *route;
+fn third_look(demand: &Demand, plan: &mut Plan, budget: &Budget, tell: &mut dyn FnMut(Stage)) {
+    let Demand { waypoints, limits, speeds, rooms, .. } = *demand;
     let ways = ways(waypoints);
     let stops = stopped(&ways, Bounds::new(limits, speeds));
     let mut watch = Watch::new(&stops, budget, plan.iterations, tell);
-    let part = Part { ways: &ways, waypoints, limits, speeds, ends: ends.clone(), stops };
+    let ends = Ends::at_rest(limits.len());
+    let part = Part { ways: &ways, waypoints, limits, speeds, rooms, ends, stops };
     for guess in states::search(&part, Some(&plan.motion), &watch) {
         let mut found = windows::plan(&part, limits, Some(&guess), &mut watch);
         plan.iterations += found.iterations;
@@ -246,20 +258,13 @@ fn third_look(route: &Route, plan: &mut Plan, budget: &Budget, tell: &mut dyn Fn
     }
 }
 
-/// The same within lower limits of velocity, `speeds[segment][joint]` in rad/s or m/s and positive; infinite where
-/// the joint's own holds. The lower bound is zero: what is known without them holds on.
-pub fn fastest_at_speeds(
-    waypoints: &[Vec<f64>],
-    limits: &[KernelLimits],
-    speeds: &[Vec<f64>],
-    budget: &Budget,
-) -> Fastest {
-    let ways = ways(waypoints);
-    let limits = layout::effective(&ways, limits);
-    let ends = Ends::at_rest(limits.len());
-    let stops = stopped(&ways, Bounds::new(&limits, speeds));
-    let route = Route { waypoints, limits: &limits, speeds, ends: &ends };
-    one_way(&route, &stops, budget, 0, &mut |_| {}).finished(waypoints, 0.0)
+/// The same where limits of velocity differ by segment. The lower bound is zero: what is known without them holds on.
+pub fn fastest_at_speeds(demand: &Demand, budget: &Budget) -> Fastest {
+    let ways = ways(demand.waypoints);
+    let limits = layout::effective(&ways, demand.limits);
+    let stops = stopped(&ways, Bounds::new(&limits, demand.speeds));
+    let demand = Demand { limits: &limits, ..*demand };
+    one_way(&demand, &stops, budget, 0, &mut |_| {}).finished(demand.waypoints, 0.0)
 }
 
 /// A motion is planned once more, backwards, where it takes more than this many times its lower bound, and
@@ -305,22 +310,13 @@ impl Plan {
     }
 }
 
-/// What is asked for.
-struct Route<'a> {
-    waypoints: &'a [Vec<f64>],
-    limits: &'a [KernelLimits],
-    /// Lower limits of velocity by segment, as in [`Bounds`].
-    speeds: &'a [Vec<f64>],
-    ends: &'a Ends,
-}
-
-/// A part of a route that is planned at once.
+/// A part of what is demanded that is planned at once; see [`Demand`].
 struct Part<'a> {
     ways: &'a [Vec<f64>],
     waypoints: &'a [Vec<f64>],
     limits: &'a [KernelLimits],
-    /// As in [`Route`].
     speeds: &'a [Vec<f64>],
+    rooms: Rooms<'a>,
     ends: Ends,
     /// The motion that stops at every waypoint between the ends.
     stops: Motion,
@@ -328,14 +324,15 @@ struct Part<'a> {
 
 /// Plans forwards; `stops` stops at every waypoint between the ends, and `iterations` went before.
 fn one_way(
-    route: &Route,
+    demand: &Demand,
     stops: &Motion,
     budget: &Budget,
     iterations: usize,
     tell: &mut dyn FnMut(Stage),
 ) -> Plan {
-    let Route { waypoints, limits, speeds, ends } = route;
+    let Demand { waypoints, limits, speeds, rooms, ends } = *demand;
     let ways = ways(waypoints);
+    let ends = ends.cloned().unwrap_or_else(|| Ends::at_rest(limits.len()));
     let mut watch = Watch::new(stops, budget, iterations, tell);
     let stopping = watch.best;
     (watch.tell)(Stage { iterations, duration: stopping });
@@ -350,6 +347,7 @@ fn one_way(
             waypoints: &waypoints[part.start..=part.end],
             limits,
             speeds: speeds.get(part.clone()).unwrap_or_default(),
+            rooms: rooms.between(part.start, part.end),
             ends: ends.only(part.start == 0, part.end == ways.len()),
             stops: stops.segments(part.clone()),
         };

@@ -17,10 +17,19 @@ pub struct Group {
     /// One where jerk is limited, else zero: then acceleration jumps at the
     /// start of a cell and is constant in it.
     pub smooth: Lanes,
-    /// Velocity and acceleration at the start.
-    pub start: [Lanes; 2],
+    /// Position since the first waypoint, velocity and acceleration at the start.
+    pub start: [Lanes; 3],
     /// Those at the goal; the last cell of every point ends with them.
     pub goal: [Lanes; 2],
+}
+
+/// From where to where eight joints' positions may deviate from a waypoint.
+#[derive(Clone, Debug)]
+pub struct Berth {
+    /// One where a lane is a joint that may deviate, else zero.
+    pub open: Lanes,
+    /// Lower and upper bound; those of a joint that may not are of no meaning and not zero.
+    pub bounds: [Lanes; 2],
 }
 
 /// Waypoints and limits, laid out for the interior point method.
@@ -34,6 +43,8 @@ pub struct Problem {
     pub groups: Vec<Group>,
     /// Way of each segment: `[group * segments + segment]`.
     pub change: Vec<Lanes>,
+    /// Where each segment ends, in the same order; none where every joint meets the waypoint.
+    pub berths: Vec<Option<Berth>>,
     /// Limit of velocity in each segment and where it ends, in the same order; the latter is the lower of both
     /// segments that meet there.
     pub speeds: Vec<[Lanes; 2]>,
@@ -76,8 +87,11 @@ pub struct Iterate {
     pub durations: Vec<f64>,
     /// `[group][segment][cell]`.
     pub cells: Vec<Cell>,
-    /// Multiplier of each segment's way: `[group * segments + segment]`.
+    /// Multiplier of each segment's way: `[group * segments + segment]`; zero where the position at its end
+    /// is a variable.
     pub lambda: Vec<Lanes>,
+    /// Multipliers of the lower and the upper bound on deviations where segments end, in the same order.
+    pub berths: Vec<[Lanes; 2]>,
     /// Multipliers of the goal's velocity and acceleration, per group.
     pub goal: Vec<[Lanes; 2]>,
 }

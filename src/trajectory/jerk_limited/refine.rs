@@ -6,7 +6,7 @@
 
 use crate::math::lanes::{Lanes, WIDTH};
 
-use super::layout::{before, slack};
+use super::layout::{before, berth_slack, slack, start_of};
 use super::problem::{Cell, Iterate, Problem};
 
 /// A piece of an old cell.
@@ -57,6 +57,14 @@ pub fn refine(problem: &Problem, point: &Iterate, cells: usize, mu: f64) -> (Pro
         for lane in 0..WIDTH {
             let g = slack(&refined, &at, index / all, index % all, lane);
             for (z, g) in at.cells[index].z.iter_mut().zip(g) {
+                z.0[lane] = z.0[lane].max(mu / g);
+            }
+        }
+    }
+    for index in 0..at.berths.len() {
+        for lane in 0..WIDTH {
+            let g = berth_slack(&refined, &at, index, lane);
+            for (z, g) in at.berths[index].iter_mut().zip(g) {
                 z.0[lane] = z.0[lane].max(mu / g);
             }
         }
@@ -158,11 +166,7 @@ fn copy(
         }
     } else {
         let [t, v, a] = before(problem, point, group, c, lane);
-        let x = if c.is_multiple_of(problem.cells) {
-            0.0
-        } else {
-            point.cells[group * all + c - 1].s[0].0[lane]
-        };
+        let x = start_of(problem, point, group, c, lane);
         let end = old.s[2].0[lane];
         let u = slice.to * t;
         if problem.groups[group].smooth.0[lane] > 0.0 {
