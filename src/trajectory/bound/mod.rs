@@ -15,6 +15,7 @@ use decomposition::decomposed;
 
 use super::limits::JointBounds;
 use super::rest_to_rest::alone;
+use super::rooms::Rooms;
 
 /// By how much rounding may lift a closed form above the duration of a trajectory that attains it.
 const ROUNDING: f64 = 1e-12;
@@ -79,13 +80,14 @@ impl LowerBound {
     }
 }
 
-/// A duration in s below which no trajectory from rest to rest along `ways[segment][joint]` is lawful, given
-/// the durations of one that is, and prices of its states (see [`decomposition`]). Zero if nothing is known.
+/// A duration in s below which no trajectory from rest to rest along `ways[segment][joint]`, which may miss waypoints
+/// within `rooms`, is lawful, given the durations of one that is, and prices of its states (see [`decomposition`]). Zero if nothing is known.
 ///
 /// `limits` are of velocity, acceleration and jerk, infinite where there is none.
 pub fn lower_bound(
     ways: &[Vec<f64>],
     limits: &[[f64; 3]],
+    rooms: Rooms,
     durations: &[f64],
     prices: &Prices,
 ) -> f64 {
@@ -95,7 +97,7 @@ pub fn lower_bound(
             let times = way.iter().zip(limits).map(|(way, limit)| alone(*way, *limit));
             times.fold(0.0, f64::max) * (1.0 - ROUNDING)
         }
-        ways => decomposed(ways, limits, durations, prices),
+        ways => decomposed(ways, limits, rooms, durations, prices),
     };
     if lower > 0.0 { lower } else { 0.0 }
 }

@@ -199,8 +199,9 @@ pub fn fastest_within(demand: &Demand, budget: &Budget, tell: &mut dyn FnMut(Sta
     let rows: Vec<[f64; 3]> = demand.limits.iter().map(|limit| limit.derivatives).collect();
     let limits = layout::effective(&ways(waypoints), demand.limits);
     let demand = Demand { limits: &limits, ..*demand };
-    let bound = |plan: &Plan, Demand { waypoints, .. }: &Demand| {
-        lower_bound(&ways(waypoints), &rows, &plan.motion.durations, &plan.motion.prices)
+    let bound = |plan: &Plan, Demand { waypoints, rooms, .. }: &Demand| {
+        let Motion { durations, prices, .. } = &plan.motion;
+        lower_bound(&ways(waypoints), &rows, *rooms, durations, prices)
     };
     let plan_from = |demand: &Demand, iterations: usize, tell: &mut dyn FnMut(Stage)| {
         let stops = stopped(&ways(demand.waypoints), Bounds::everywhere(&limits));
