@@ -97,9 +97,20 @@ pub fn lower_bound(
             let times = way.iter().zip(limits).map(|(way, limit)| alone(*way, *limit));
             times.fold(0.0, f64::max) * (1.0 - ROUNDING)
         }
-        ways => decomposed(ways, limits, rooms, durations, prices),
+        ways => decomposed(ways, limits, rooms, durations, prices).max(direct(ways, limits, rooms)),
     };
     if lower > 0.0 { lower } else { 0.0 }
+}
+
+/// The slowest joint's optimum from the first waypoint straight to the last one, s; worth looking at where there is so much
+/// room that nothing else may be left.
+fn direct(ways: &[Vec<f64>], limits: &[[f64; 3]], rooms: Rooms) -> f64 {
+    if rooms.are_none() {
+        return 0.0;
+    }
+    let of =
+        |(joint, limit): (usize, &[f64; 3])| alone(ways.iter().map(|row| row[joint]).sum(), *limit);
+    limits.iter().enumerate().map(of).fold(0.0, f64::max) * (1.0 - ROUNDING)
 }
 
 /// A bound from the length of the ways alone, s.

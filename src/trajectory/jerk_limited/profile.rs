@@ -417,10 +417,19 @@ impl Course {
 
 /// The Lagrangian's slopes over the states where segments start, as prices in s, rad and m: what a
 /// state is worth for all that follows, it costs.
+///
+/// At the bound of a room the slope over the position differs before and after the waypoint. Both are right and what lies
+/// between them, too; halfway, the prices do not depend on the direction of time.
 fn in_seconds(slopes: &[[Lanes; 3]], units: &Units, segments: usize) -> Prices {
     let price = |segment: usize, joint: usize| {
-        let slope = &slopes[joint / WIDTH * segments + segment];
-        let [x, v, a] = slope.map(|slope| slope.0[joint % WIDTH]);
+        let of = |segment: usize| {
+            let slope = &slopes[joint / WIDTH * segments + segment];
+            slope.map(|slope| slope.0[joint % WIDTH])
+        };
+        let [after, v, a] = of(segment);
+        // The multiplier of a way is the same all along its segment.
+        let [before, ..] = of(segment.saturating_sub(1));
+        let x = 0.5 * (before + after);
         let per_speed = units.time * units.time / units.length[joint];
         [-x * (units.time / units.length[joint]), -v * per_speed, -a * per_speed * units.time]
     };
