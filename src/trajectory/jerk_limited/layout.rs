@@ -337,7 +337,7 @@ fn middle(problem: &Problem, group: usize, segment: usize) -> Lanes {
     })
 }
 
-/// Makes the first segments of `point` follow `guess`, slowed down until all limits are kept.
+/// Makes the first segments of `point` follow `guess`, which may be shorter or longer, slowed down until all limits are kept.
 /// False, and `point` of no use, if they cannot be.
 pub fn follow(
     problem: &Problem,
@@ -351,7 +351,7 @@ pub fn follow(
     let mut slower = 1.0;
     for _ in 0..6 {
         slower *= EASE;
-        for (segment, duration) in guess.durations.iter().enumerate() {
+        for (segment, duration) in guess.durations.iter().take(problem.segments).enumerate() {
             point.durations[segment] = duration * slower / units.time;
             for (joint, phases) in guess.phases.iter().enumerate() {
                 let (group, lane) = (joint / WIDTH, joint % WIDTH);

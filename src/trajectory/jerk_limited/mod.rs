@@ -195,32 +195,45 @@ pub fn fastest(waypoints: &[Vec<f64>], limits: &[KernelLimits]) -> Fastest {
 /// The same for any demand whose ends are at rest, as far as `budget` allows: what is not planned by then stops at
 /// every waypoint. `tell` hears how planning proceeds: at the start, after every window of a long list, and at the end.
 pub fn fastest_within(demand: &Demand, budget: &Budget, tell: &mut dyn FnMut(Stage)) -> Fastest {
-    let Demand { waypoints, rooms, .. } = *demand;
     let rows: Vec<[f64; 3]> = demand.limits.iter().map(|limit| limit.derivatives).collect();
-    let limits = layout::effective(&ways(waypoints), demand.limits);
+    let limits = layout::effective(&ways(demand.waypoints), demand.limits);
     let demand = Demand { limits: &limits, ..*demand };
-    let bound = |plan: &Plan, Demand { waypoints, rooms, .. }: &Demand| {
-        let Motion { durations, prices, .. } = &plan.motion;
-        lower_bound(&ways(waypoints), &rows, *rooms, durations, prices)
-    };
-    let plan_from = |demand: &Demand, iterations: usize, tell: &mut dyn FnMut(Stage)| {
-        let stops = stopped(&ways(demand.waypoints), Bounds::everywhere(&limits));
-        one_way(demand, &stops, budget, iterations, tell)
-    };
     // What is known of the first plan stays known while others are tried.
     let mut known = f64::INFINITY;
     let tell: &mut dyn FnMut(Stage) = &mut |stage| {
         known = known.min(stage.duration);
         tell(Stage { duration: known, ..stage });
     };
-    let mut plan = plan_from(&demand, 0, tell);
-    let mut lower = bound(&plan, &demand);
+    let (plan, lower) = looked_at(&demand, &rows, 0, budget, tell);
+    plan.finished(demand.waypoints, lower)
+}
+
+/// The best of several looks at a demand from rest to rest, and its lower bound within limits of velocity, acceleration
+/// and jerk, `rows`; `iterations` went before.
+fn looked_at(
+    demand: &Demand,
+    rows: &[[f64; 3]],
+    iterations: usize,
+    budget: &Budget,
+    tell: &mut dyn FnMut(Stage),
+) -> (Plan, f64) {
+    let Demand { waypoints, limits, rooms, .. } = *demand;
+    let bound = |plan: &Plan, Demand { waypoints, rooms, .. }: &Demand| {
+        let Motion { durations, prices, .. } = &plan.motion;
+        lower_bound(&ways(waypoints), rows, *rooms, durations, prices)
+    };
+    let plan_from = |demand: &Demand, iterations: usize, tell: &mut dyn FnMut(Stage)| {
+        let stops = stopped(&ways(demand.waypoints), Bounds::everywhere(limits));
+        one_way(demand, &stops, budget, iterations, tell)
+    };
+    let mut plan = plan_from(demand, iterations, tell);
+    let mut lower = bound(&plan, demand);
     let short = (3..=SECOND_LOOK.1).contains(&waypoints.len());
     if short && plan.motion.duration() > SECOND_LOOK.0 * lower {
         // Backwards in time the optimum is the same, but the search takes another way to it.
         let reversed: Vec<Vec<f64>> = waypoints.iter().rev().cloned().collect();
         let table = rooms.reversed();
-        let reversed = Demand { waypoints: &reversed, rooms: Rooms::new(&table), ..demand };
+        let reversed = Demand { waypoints: &reversed, rooms: Rooms::new(&table), ..*demand };
         let back = plan_from(&reversed, plan.iterations, tell);
         lower = lower.max(bound(&back, &reversed));
         let iterations = back.iterations;
@@ -229,34 +242,25 @@ pub fn fastest_within(demand: &Demand, budget: &Budget, tell: &mut dyn FnMut(Sta
         }
         plan.iterations = iterations;
     }
-    let values = 2 * limits.len() * waypoints.len().saturating_sub(2);
-    if short && values <= THIRD_LOOK.1 && plan.motion.duration() > THIRD_LOOK.0 * lower {
-        third_look(&demand, &mut plan, budget, tell);
-        lower = lower.max(bound(&plan, &demand));
-    }
-    plan.finished(waypoints, lower)
-}
-
-/// Searches the states at the waypoints, and takes over what a programme that starts from there leads to, if it is faster.
-///
-/// The motions searched are joined from one closed form per segment and exact only to the rounding of each; a
-/// programme's solution is continuous and meets the waypoints.
-fn third_look(demand: &Demand, plan: &mut Plan, budget: &Budget, tell: &mut dyn FnMut(Stage)) {
-    let Demand { waypoints, limits, speeds, rooms, .. } = *demand;
-    let ways = ways(waypoints);
-    let stops = stopped(&ways, Bounds::new(limits, speeds));
-    let mut watch = Watch::new(&stops, budget, plan.iterations, tell);
-    let ends = Ends::at_rest(limits.len());
-    let part = Part { ways: &ways, waypoints, limits, speeds, rooms, ends, stops };
-    for guess in states::search(&part, Some(&plan.motion), &watch) {
-        let mut found = windows::plan(&part, limits, Some(&guess), &mut watch);
-        plan.iterations += found.iterations;
-        found.motion.stretch(found.motion.ratio(Bounds::new(limits, speeds)));
-        let inside = found.motion.stops_within(waypoints, limits).is_empty();
-        if found.converged && inside && found.motion.duration() < plan.motion.duration() {
-            (plan.motion, plan.moves) = (found.motion, true);
+    if !rooms.are_none() && plan.motion.duration() > SECOND_LOOK.0 * lower {
+        // To meet all waypoints exactly is lawful, too, and where it is faster a start for better.
+        let exact = Demand { rooms: Rooms::none(), ..*demand };
+        let (exact, _) = looked_at(&exact, rows, plan.iterations, budget, tell);
+        plan.iterations = exact.iterations;
+        if exact.motion.duration() < plan.motion.duration() {
+            let start = exact.motion.clone();
+            plan = exact;
+            plan.improve(demand, budget, tell, |_, _| vec![start]);
+            lower = lower.max(bound(&plan, demand));
         }
     }
+    let values = 2 * limits.len() * waypoints.len().saturating_sub(2);
+    if short && values <= THIRD_LOOK.1 && plan.motion.duration() > THIRD_LOOK.0 * lower {
+        let known = plan.motion.clone();
+        plan.improve(demand, budget, tell, |part, watch| states::search(part, Some(&known), watch));
+        lower = lower.max(bound(&plan, demand));
+    }
+    (plan, lower)
 }
 
 /// The same where limits of velocity differ by segment. The lower bound is zero: what is known without them holds on.
@@ -269,7 +273,7 @@ pub fn fastest_at_speeds(demand: &Demand, budget: &Budget) -> Fastest {
 }
 
 /// A motion is planned once more, backwards, where it takes more than this many times its lower bound, and
-/// has at most so many waypoints.
+/// has at most so many waypoints; and without room, however many it has.
 const SECOND_LOOK: (f64, usize) = (1.02, 40);
 
 /// Where it still takes more than this many times its lower bound, and has at most so many velocities and accelerations at
@@ -294,6 +298,34 @@ struct Plan {
 }
 
 impl Plan {
+    /// Takes over what a programme leads to that starts from one of `starts`, if it is faster.
+    ///
+    /// The motions that a search finds are joined from one closed form per segment and exact only to the rounding of
+    /// each; a programme's solution is continuous and meets the waypoints.
+    fn improve(
+        &mut self,
+        demand: &Demand,
+        budget: &Budget,
+        tell: &mut dyn FnMut(Stage),
+        starts: impl FnOnce(&Part, &Watch) -> Vec<Motion>,
+    ) {
+        let Demand { waypoints, limits, speeds, rooms, .. } = *demand;
+        let ways = ways(waypoints);
+        let stops = stopped(&ways, Bounds::new(limits, speeds));
+        let mut watch = Watch::new(&stops, budget, self.iterations, tell);
+        let ends = Ends::at_rest(limits.len());
+        let part = Part { ways: &ways, waypoints, limits, speeds, rooms, ends, stops };
+        for start in starts(&part, &watch) {
+            let mut found = windows::plan(&part, limits, Some(&start), &mut watch);
+            self.iterations += found.iterations;
+            found.motion.stretch(found.motion.ratio(Bounds::new(limits, speeds)));
+            let inside = found.motion.stops_within(waypoints, limits).is_empty();
+            if found.converged && inside && found.motion.duration() < self.motion.duration() {
+                (self.motion, self.moves) = (found.motion, true);
+            }
+        }
+    }
+
     fn finished(self, waypoints: &[Vec<f64>], lower: f64) -> Fastest {
         let (trajectory, times) = self.motion.trajectory(waypoints);
         Fastest {

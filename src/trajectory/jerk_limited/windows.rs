@@ -54,7 +54,7 @@ pub struct Planned {
 }
 
 /// The fastest motion found along `part` within `limits`; the first window starts from `guess`, a lawful motion
-/// along all or the first of its segments.
+/// along all or the first of the segments.
 ///
 /// Once `watch` says that time is up, what is not yet planned stops at every waypoint.
 pub fn plan(
