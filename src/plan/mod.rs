@@ -22,6 +22,7 @@ mod study;
 mod tcp_speed;
 mod unsearched;
 pub mod verify;
+mod via;
 mod waypoints;
 mod weighted;
 

@@ -205,6 +205,7 @@ impl Check<'_> {
         }
         let sound = faults.0.len() == before;
         let ends = self.ends(task, interpolation, sound, pointer, faults);
+        let via_tolerance = self.via_tolerance(task, interpolation, pointer, faults);
         if sound {
             self.fit(task, interpolation, pointer, faults);
         }
@@ -223,6 +224,7 @@ impl Check<'_> {
             pareto: task.pareto.clone(),
             fixed: task.fixed_durations.clone(),
             ends,
+            via_tolerance,
         })
     }
 

@@ -17,6 +17,7 @@ mod rooms;
 mod tcp_speed;
 mod timeline;
 pub mod timing;
+mod via;
 pub mod weighted;
 
 pub use bound::{LowerBound, Prices, lower_bound};
