@@ -121,7 +121,6 @@ pub struct WaypointsTask {
 #[serde(untagged, expecting = "expected a number or a list with a number per joint")]
 pub enum ViaTolerance {
     /// The same for every joint, rad or m.
-    #[schema(minimum = 0.0, example = 0.05)]
     All(f64),
     /// One per joint, rad or m.
     PerJoint(Vec<f64>),

@@ -30,6 +30,14 @@
 //! First a segment has few cells, equal but for joints with short ramps. Then those in which the jerk
 //! switches are halved again and again ([`refine`]), and the second solution starts from the first.
 //!
+//! # Rooms
+//!
+//! Where a joint has room at a waypoint (`via_tolerance`, [`Rooms`]), its deviation from the waypoint is a variable with two more
+//! bounds: the position is carried over the waypoint as velocity and acceleration are, and the segment's way needs
+//! no multiplier of its own. Joints with and without room share a register; a mask tells them apart. [`profile`] restores the
+//! positions that the programme chose. Stops, and the search of states, meet waypoints exactly, which is always within the rooms. Where
+//! the result is far from its bound, the demand without rooms is planned, too.
+//!
 //! # What is delivered
 //!
 //! The solution misses the equalities by rounding and keeps the limits strictly. [`profile`] joins cells of

@@ -3,7 +3,7 @@
 //! Between two waypoints the closed form of [`state_to_state`](super::state_to_state) is the
 //! optimum. Through more, [`states`](super::states) finds motions on either side of the gaps that lie next to such
 //! ends, and the programme starts from each of them. Of a long list only the segments next to the ends are planned so;
-//! the others are planned from rest to rest.
+//! the others are planned from rest to rest, and there all waypoints are met exactly even where there is room.
 //!
 //! A motion that starts or ends at speed cannot be stretched, because its ends would change with it: one that passes a
 //! limit by rounding is planned again within limits that are as much tighter.
