@@ -15,9 +15,10 @@ use pulp::{Arch, WithSimd};
 use crate::math::lanes::{Lanes, Simd, WIDTH, registers};
 
 use super::chain::Chain;
-use super::newton::{Residuals, Work, backward};
+use super::newton::backward;
 use super::problem::{Iterate, Problem};
 use super::step::{Outlook, Trial, forward, trial};
+use super::work::{Residuals, Work};
 
 /// How a programme is solved.
 #[derive(Clone, Copy, Debug)]

@@ -5,12 +5,11 @@
 //! however far the limits are apart.
 
 use crate::math::lanes::{Lanes, WIDTH};
-use crate::trajectory::Ends;
 use crate::trajectory::kernel::KernelLimits;
 use crate::trajectory::rest_to_rest::quintic;
-use crate::trajectory::rooms::Rooms;
 
-use super::problem::{Berth, Cell, FREE, Group, Iterate, Problem};
+use super::berths;
+use super::problem::{Cell, FREE, Group, Iterate, Problem, Window};
 use super::profile::{Motion, Phase};
 use super::speeds::Bounds;
 
@@ -29,45 +28,10 @@ const EASY: f64 = 0.9;
 /// Shortest ramp that stands for a jump of velocity, as a share of the whole motion.
 const SHORTEST_RAMP: f64 = 1e-6;
 
-/// Width of a room, in units of length, below which it counts as none: its barrier would be too steep to
-/// compute with, and it would gain nothing that counts.
-const NARROW: f64 = 1e-4;
-
-/// How far from the bounds of a room a start stays, as a share of its width.
-const INSIDE: f64 = 0.02;
-
 /// How fast cells grow at most from a waypoint towards the middle of a segment, and the share of the segment up to
 /// which they do where ramps are shortest.
 const GROWTH: f64 = 4.0;
 const LONGEST_CELL: f64 = 0.2;
-
-/// What is planned at once.
-pub struct Window<'a> {
-    /// `[segment][joint]`, from waypoint to waypoint.
-    pub ways: &'a [Vec<f64>],
-    pub limits: Bounds<'a>,
-    pub rooms: Rooms<'a>,
-    pub ends: &'a Ends,
-    /// Each joint's position since the first waypoint where the motion starts.
-    pub from: &'a [f64],
-}
-
-impl Window<'_> {
-    /// The ways from the middle of one room to that of the next.
-    fn between_middles(&self) -> Vec<Vec<f64>> {
-        let middle = |at: usize, joint: usize| {
-            let [lower, upper] = self.rooms.of(at, joint);
-            if at == 0 { self.from[joint] } else { 0.5 * (lower + upper) }
-        };
-        let row = |(segment, row): (usize, &Vec<f64>)| {
-            let joints = row.iter().enumerate();
-            joints
-                .map(|(joint, way)| way + middle(segment + 1, joint) - middle(segment, joint))
-                .collect()
-        };
-        self.ways.iter().enumerate().map(row).collect()
-    }
-}
 
 /// Units: seconds per unit of time, rad or m per unit of each joint's length.
 #[derive(Clone, Debug)]
@@ -195,32 +159,11 @@ pub fn pose(window: &Window, cells: usize, mu: f64) -> (Problem, Iterate, Units)
         }
     }
     let speeds = speeds(limits, &groups, segments, &units);
-    let berths = berths(window, groups.len(), &units);
+    let berths = berths::berths(window, groups.len(), &units);
     let problem = Problem { segments, cells, groups, change, berths, speeds, shares };
     let durations: Vec<f64> = durations.iter().map(|h| (h / units.time).max(1e-6) * EASE).collect();
     let point = start(&problem, durations, mu);
     (problem, point, units)
-}
-
-/// Rooms where segments end, in the programme's units.
-fn berths(window: &Window, groups: usize, units: &Units) -> Vec<Option<Berth>> {
-    let (segments, dof) = (window.ways.len(), units.length.len());
-    let berth = |group: usize, segment: usize| {
-        let mut berth =
-            Berth { open: Lanes::ZERO, bounds: [Lanes([-1.0; WIDTH]), Lanes([1.0; WIDTH])] };
-        for joint in group * WIDTH..dof.min((group + 1) * WIDTH) {
-            let room = window.rooms.of(segment + 1, joint);
-            let [lower, upper] = room.map(|bound| bound / units.length[joint]);
-            if upper - lower > NARROW {
-                let lane = joint % WIDTH;
-                berth.open.0[lane] = 1.0;
-                [berth.bounds[0].0[lane], berth.bounds[1].0[lane]] = [lower, upper];
-            }
-        }
-        (berth.open != Lanes::ZERO).then_some(berth)
-    };
-    let all = (0..groups).flat_map(|group| (0..segments).map(move |segment| (group, segment)));
-    all.map(|(group, segment)| berth(group, segment)).collect()
 }
 
 /// Limits of velocity by segment, in the programme's units.
@@ -290,9 +233,9 @@ fn start(problem: &Problem, durations: Vec<f64>, mu: f64) -> Iterate {
             let from = if segment == 0 {
                 problem.groups[group].start[0]
             } else {
-                middle(problem, group, segment - 1)
+                berths::middle(problem, group, segment - 1)
             };
-            let to = problem.change[group * n + segment] + middle(problem, group, segment);
+            let to = problem.change[group * n + segment] + berths::middle(problem, group, segment);
             let mut passed = Lanes::ZERO;
             for q in 0..k {
                 passed = passed + problem.shares[(group * n + segment) * k + q];
@@ -329,14 +272,6 @@ fn start(problem: &Problem, durations: Vec<f64>, mu: f64) -> Iterate {
     point
 }
 
-/// The middles of rooms where a segment ends, since the waypoint there.
-fn middle(problem: &Problem, group: usize, segment: usize) -> Lanes {
-    let berth = problem.berths[group * problem.segments + segment].as_ref();
-    berth.map_or(Lanes::ZERO, |Berth { open, bounds: [lower, upper] }| {
-        (*lower + *upper) * 0.5 * *open
-    })
-}
-
 /// Makes the first segments of `point` follow `guess`, which may be shorter or longer, slowed down until all limits are kept.
 /// False, and `point` of no use, if they cannot be.
 pub fn follow(
@@ -363,16 +298,11 @@ pub fn follow(
                     let cell = &mut point.cells[group * all + segment * k + q];
                     if q + 1 < k {
                         cell.s[0].0[lane] = x / units.length[joint];
-                    } else if let Some(berth) = &problem.berths[group * problem.segments + segment]
-                    {
+                    } else {
                         let next = phases.get(segment + 1).and_then(|phases| phases.first());
                         let miss = next.map_or(0.0, |phase| phase.state[0] / units.length[joint]);
-                        let [lower, upper] = berth.bounds.map(|bound| bound.0[lane]);
-                        let margin = INSIDE * (upper - lower);
-                        let miss = miss.max(lower + margin).min(upper - margin);
-                        cell.s[0].0[lane] = problem.change[group * problem.segments + segment].0
-                            [lane]
-                            + miss * berth.open.0[lane];
+                        let index = group * problem.segments + segment;
+                        cell.s[0].0[lane] = berths::end_near(problem, index, lane, miss);
                     }
                     if segment * k + q + 1 < all {
                         cell.s[1].0[lane] = v * speed;
@@ -539,14 +469,8 @@ pub fn center(problem: &Problem, point: &mut Iterate, mu: f64) {
             }
         }
     }
-    for index in 0..point.berths.len() {
-        for lane in 0..WIDTH {
-            let slack = berth_slack(problem, point, index, lane);
-            for (z, g) in point.berths[index].iter_mut().zip(slack) {
-                z.0[lane] = mu / g;
-            }
-        }
-    }
+    point.berths.fill([Lanes::ZERO; 2]);
+    berths::raise_multipliers(problem, point, mu);
 }
 
 /// Position where cell `c` starts, since the last waypoint.
@@ -558,20 +482,6 @@ pub fn start_of(problem: &Problem, point: &Iterate, group: usize, c: usize, lane
     let x = point.cells[group * problem.segments * k + c - 1].s[0].0[lane];
     let passed = group * problem.segments + c / k;
     if c.is_multiple_of(k) { x - problem.change[passed - 1].0[lane] } else { x }
-}
-
-/// One joint's deviation from the bounds of its room where a segment ends, `index` as in [`Problem::berths`]; one
-/// where it has none.
-pub fn berth_slack(problem: &Problem, point: &Iterate, index: usize, lane: usize) -> [f64; 2] {
-    match &problem.berths[index] {
-        Some(berth) if berth.open.0[lane] > 0.0 => {
-            let end = point.cells[(index + 1) * problem.cells - 1].s[0].0[lane];
-            let deviation = end - problem.change[index].0[lane];
-            let [lower, upper] = berth.bounds.map(|bound| bound.0[lane]);
-            [deviation - lower, upper - deviation]
-        }
-        _ => [1.0; 2],
-    }
 }
 
 /// Duration of a cell, and velocity and acceleration where it starts.

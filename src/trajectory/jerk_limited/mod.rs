@@ -59,6 +59,7 @@
     reason = "rows and columns of matrices are known by their numbers"
 )]
 
+mod berths;
 mod chain;
 mod interior_point;
 mod layout;
@@ -74,6 +75,7 @@ mod states;
 mod step;
 mod stopping;
 mod windows;
+mod work;
 
 pub use moving::fastest_between;
 pub use profile::{Motion, Phase};

@@ -13,12 +13,12 @@ use crate::trajectory::Ends;
 use crate::trajectory::kernel::KernelLimits;
 use crate::trajectory::rooms::Rooms;
 
-use super::newton::MAX_SEGMENTS;
 use super::profile::Motion;
 use super::speeds::Bounds;
 use super::state_to_state::{State, StateFault, between};
 use super::states::search;
 use super::windows::{self, Planned};
+use super::work::MAX_SEGMENTS;
 use super::{Demand, Fastest, Part, Stage, Watch, layout, one_way, stopped, ways};
 
 /// What rounding may add to a limit, as a factor of time.

@@ -1,9 +1,41 @@
 //! The programme that the interior point method solves, in units of its own.
 
 use crate::math::lanes::Lanes;
+use crate::trajectory::Ends;
+use crate::trajectory::rooms::Rooms;
+
+use super::speeds::Bounds;
 
 /// Stands for a limit that does not exist: far enough to take no part.
 pub const FREE: f64 = 1e12;
+
+/// What is planned at once.
+pub struct Window<'a> {
+    /// `[segment][joint]`, from waypoint to waypoint.
+    pub ways: &'a [Vec<f64>],
+    pub limits: Bounds<'a>,
+    pub rooms: Rooms<'a>,
+    pub ends: &'a Ends,
+    /// Each joint's position since the first waypoint where the motion starts.
+    pub from: &'a [f64],
+}
+
+impl Window<'_> {
+    /// The ways from the middle of one room to that of the next.
+    pub fn between_middles(&self) -> Vec<Vec<f64>> {
+        let middle = |at: usize, joint: usize| {
+            let [lower, upper] = self.rooms.of(at, joint);
+            if at == 0 { self.from[joint] } else { 0.5 * (lower + upper) }
+        };
+        let row = |(segment, row): (usize, &Vec<f64>)| {
+            let joints = row.iter().enumerate();
+            joints
+                .map(|(joint, way)| way + middle(segment + 1, joint) - middle(segment, joint))
+                .collect()
+        };
+        self.ways.iter().enumerate().map(row).collect()
+    }
+}
 
 /// Eight joints' limits and ends, each joint in its own unit of length.
 #[derive(Clone, Debug)]

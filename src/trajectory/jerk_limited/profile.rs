@@ -464,7 +464,7 @@ fn gains(problem: &Problem, point: &Iterate, units: &Units) -> Vec<Vec<[f64; 3]>
 }
 
 /// The motion that a solved programme describes, in seconds, rad and m; `prices` as in
-/// [`super::newton::Work`].
+/// [`super::work::Work`].
 ///
 /// Waypoints and continuity hold to rounding, limits only nearly.
 pub fn motion(problem: &Problem, point: &Iterate, prices: &[[Lanes; 3]], units: &Units) -> Motion {

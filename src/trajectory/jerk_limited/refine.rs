@@ -6,7 +6,8 @@
 
 use crate::math::lanes::{Lanes, WIDTH};
 
-use super::layout::{before, berth_slack, slack, start_of};
+use super::berths::raise_multipliers;
+use super::layout::{before, slack, start_of};
 use super::problem::{Cell, Iterate, Problem};
 
 /// A piece of an old cell.
@@ -61,14 +62,7 @@ pub fn refine(problem: &Problem, point: &Iterate, cells: usize, mu: f64) -> (Pro
             }
         }
     }
-    for index in 0..at.berths.len() {
-        for lane in 0..WIDTH {
-            let g = berth_slack(&refined, &at, index, lane);
-            for (z, g) in at.berths[index].iter_mut().zip(g) {
-                z.0[lane] = z.0[lane].max(mu / g);
-            }
-        }
-    }
+    raise_multipliers(&refined, &mut at, mu);
     (refined, at)
 }
 

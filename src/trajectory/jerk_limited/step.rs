@@ -3,7 +3,7 @@
 use crate::math::lanes::{Lanes, Simd, Vector};
 
 use super::chain::{Chain, ROWS, Room, View, total};
-use super::newton::{COLUMNS, Work};
+use super::work::{COLUMNS, Work};
 
 /// What the full step would do.
 #[derive(Clone, Copy, Debug, Default)]

@@ -9,12 +9,13 @@ use crate::trajectory::Ends;
 use crate::trajectory::kernel::KernelLimits;
 
 use super::interior_point::{Settings, solve};
-use super::layout::{Window, follow, hasten, leads_to_goal, pose};
-use super::newton::MAX_SEGMENTS;
+use super::layout::{follow, hasten, leads_to_goal, pose};
+use super::problem::Window;
 use super::profile::{Motion, motion};
 use super::refine::refine;
 use super::speeds::Bounds;
 use super::stopping::stopping;
+use super::work::MAX_SEGMENTS;
 use super::{Part, Watch};
 
 /// Segments that a window plans ahead of what is kept of it.
