@@ -132,23 +132,24 @@ fn a_joint_without_tolerance_is_exact() {
     }
 }
 
-/// A waypoint that lies on a position limit is passed on the inner side only.
+/// Near a position limit there is less room on one side.
 #[test]
 fn rooms_end_at_the_position_limits() {
-    let waypoints = vec![vec![0.0, 0.0], vec![1.0, 1.0], vec![0.98, 2.0], vec![0.0, 3.0]];
-    let position = [f64::NEG_INFINITY, f64::INFINITY];
-    let mut limits = vec![KernelLimits { derivatives: [1.0, 2.0, 10.0], position }; 2];
-    let free = through(&waypoints, &limits, &rooms(&waypoints, &limits, &[0.05; 2]));
-    limits[0].position = [0.0, 1.0];
+    let waypoints = vec![vec![0.0, 0.0], vec![0.98, 1.0], vec![0.0, 2.0]];
+    let limits = [[0.0, 1.0], [0.0, 2.0]]
+        .map(|position| KernelLimits { derivatives: [1.0, 2.0, 10.0], position });
     let table = rooms(&waypoints, &limits, &[0.05; 2]);
-    assert_eq!(table[1][0], [-0.05, 0.0]);
+    let [lower, upper] = table[1][0];
+    assert!(lower == -0.05 && (upper - 0.02).abs() < 1e-12, "{table:?}");
+    assert_eq!((table[0][1], table[2][1]), ([0.0, 0.05], [-0.05, 0.0]), "the ends lie on a limit");
     let found = through(&waypoints, &limits, &table);
     assert_eq!(fault(&waypoints, &limits, &table, &found), None);
     let certificate = Certificate::new(&found.trajectory, &bounds(&limits), &[]);
-    assert!(certificate.joints[0].position.max <= 1.0 + 1e-9);
+    let [turn, last] = [0, 1].map(|joint| certificate.joints[joint].position.max);
+    assert!((0.93..=1.0 + 1e-9).contains(&turn) && last <= 2.0 + 1e-9, "{turn} {last}");
     let exact = fastest(&waypoints, &limits).trajectory.duration();
-    let [duration, least] = [&found, &free].map(|found| found.trajectory.duration());
-    assert!(least <= duration && duration < 0.99 * exact, "{least} {duration} {exact}");
+    let duration = found.trajectory.duration();
+    assert!(duration < 0.98 * exact, "{duration} {exact}");
 }
 
 /// Random problems with rooms of every size: lawful, no slower than through the waypoints themselves up to what a
@@ -246,7 +247,8 @@ fn overlapping_rooms_stay_lawful() {
         let found = through(&waypoints, &limits, &table);
         assert_eq!(fault(&waypoints, &limits, &table, &found), None, "{count}");
         let exact = fastest(&waypoints, &limits).trajectory.duration();
-        assert!(found.trajectory.duration() < 0.9 * exact, "{count}: {found:?}");
+        let saved = 1.0 - found.trajectory.duration() / exact;
+        assert!(saved > 0.03, "{count}: {saved}");
     }
 }
 
@@ -275,10 +277,10 @@ fn motions_that_start_at_speed_may_deviate() {
 #[test]
 fn a_limited_tool_speed_keeps_the_tolerance() {
     let request = |tolerance: Value| {
-        json!({ "robot": "rokae_xb4", "limits": { "tcp_speed": 0.4 },
+        json!({ "robot": "ur5e", "limits": { "tcp_speed": 0.25, "acceleration": 8, "jerk": 80 },
             "task": { "type": "waypoints", "interpolation": "jerk_limited", "via_tolerance": tolerance,
-                "waypoints": [[0, 0, 0, 0, 0, 0], [0.5, 0.3, 0.2, 0.4, 0.1, 0.3],
-                    [1.0, 0.1, 0.5, 0.0, 0.4, 0.9], [0.6, -0.2, 0.3, -0.3, 0.2, 0.4]] } })
+                "waypoints": [[0, -1.2, 1.2, 0, 0.5, 0], [0.6, -1, 1, 0.3, 0.7, 0.4],
+                    [1, -0.7, 0.6, 0.2, 0.9, 1]] } })
     };
     let [exact, result] = [json!(0), json!(0.03)].map(|tolerance| plan(request(tolerance)));
     let certificate = &result.certificate;
