@@ -82,6 +82,7 @@ mod tests {
     use serde_json::json;
 
     use super::*;
+    use crate::geometry::Pose;
 
     fn robot(value: serde_json::Value) -> Robot {
         Robot::new(serde_json::from_value(value).unwrap()).unwrap()

@@ -22,6 +22,11 @@ const JUMP_TOLERANCE: f64 = 1e-6;
 /// What rounding may add to a jump of the position, relative to the position.
 const POSITION_ROUNDING: f64 = 1e-13;
 
+/// What rounding may add to a jump of another derivative, relative to the joint's largest
+/// in the whole trajectory: between two pieces in which it is nothing but rounding, no
+/// share of those is large enough.
+const ROUNDING: f64 = 1e-12;
+
 /// What a trajectory, as delivered, does to every limit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Certificate {
@@ -289,14 +294,13 @@ impl JointStudy {
             position: [lowest; 2],
             peaks: [none; 3],
             causes: [None; 3],
-            continuity: u32::MAX,
+            continuity: 0,
             rests: [true; 2],
         };
-        let mut before: Option<(&[f64], Extremes)> = None;
-        let mut degree = 0;
-        for (piece, joints) in trajectory.pieces.iter().enumerate() {
-            let [start, end] = [trajectory.breakpoints[piece], trajectory.breakpoints[piece + 1]];
-            let extremes = Extremes::new(&joints[joint], end - start);
+        let (mut all, mut degree) = (Vec::with_capacity(trajectory.pieces.len()), 0);
+        for (joints, ends) in trajectory.pieces.iter().zip(trajectory.breakpoints.windows(2)) {
+            let start = ends[0];
+            let extremes = Extremes::new(&joints[joint], ends[1] - start);
             degree = degree.max(joints[joint].len() as u32 - 1);
             let position = extremes.of(0);
             study.position[0].include(-position.min, start + position.min_at);
@@ -305,20 +309,28 @@ impl JointStudy {
                 let (value, at) = extremes.of(order + 1).peak();
                 peak.include(value, start + at);
             }
-            if let Some((left, left_extremes)) = &before {
-                let length = start - trajectory.breakpoints[piece - 1];
-                let pieces = [left, joints[joint].as_slice()];
-                let jump = first_jump(pieces, [left_extremes, &extremes], length);
-                if let Some((order, size)) = jump {
-                    study.continuity = study.continuity.min((order as u32).saturating_sub(1));
-                    study.blame(Jump { order, size, at: start });
-                }
-            }
-            before = Some((&joints[joint], extremes));
+            all.push(extremes);
         }
-        study.continuity = study.continuity.min(degree);
+        study.continuity = degree;
+        study.look_at_seams(trajectory, joint, &all);
         study.look_at_ends(trajectory, joint, given);
         study
+    }
+
+    /// Finds the jumps between pieces with these extremes.
+    fn look_at_seams(&mut self, trajectory: &Trajectory, joint: usize, all: &[Extremes]) {
+        let rounding = self.peaks.each_ref().map(|peak| ROUNDING * peak.value);
+        for (seam, extremes) in all.windows(2).enumerate() {
+            let [left, right] =
+                [seam, seam + 1].map(|piece| trajectory.pieces[piece][joint].as_slice());
+            let at = trajectory.breakpoints[seam + 1];
+            let length = at - trajectory.breakpoints[seam];
+            let jump = first_jump([left, right], [&extremes[0], &extremes[1]], length, rounding);
+            if let Some((order, size)) = jump {
+                self.continuity = self.continuity.min((order as u32).saturating_sub(1));
+                self.blame(Jump { order, size, at });
+            }
+        }
     }
 
     /// A derivative that jumps makes all higher ones infinite there.
@@ -389,8 +401,14 @@ impl JointStudy {
     }
 }
 
-/// The lowest derivative that jumps between two pieces, if any does, and by how much.
-fn first_jump(pieces: [&[f64]; 2], extremes: [&Extremes; 2], length: f64) -> Option<(usize, f64)> {
+/// The lowest derivative that jumps between two pieces, if any does, and by how much. Velocity,
+/// acceleration and jerk may jump by `rounding`.
+fn first_jump(
+    pieces: [&[f64]; 2],
+    extremes: [&Extremes; 2],
+    length: f64,
+    rounding: [f64; 3],
+) -> Option<(usize, f64)> {
     let [left, right] = pieces;
     (0..extremes[0].orders().max(extremes[1].orders())).find_map(|order| {
         let jump = derivative_at(left, order, length) - derivative_at(right, order, 0.0);
@@ -400,7 +418,7 @@ fn first_jump(pieces: [&[f64]; 2], extremes: [&Extremes; 2], length: f64) -> Opt
             let way = a.max.max(b.max) - a.min.min(b.min);
             JUMP_TOLERANCE * peak.min(way.max(1.0)) + POSITION_ROUNDING * peak
         } else {
-            JUMP_TOLERANCE * peak
+            JUMP_TOLERANCE * peak + rounding.get(order - 1).unwrap_or(&0.0)
         };
         // What cannot be computed is not continuous.
         let size = if jump.is_nan() { f64::INFINITY } else { jump.abs() };

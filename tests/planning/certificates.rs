@@ -12,6 +12,7 @@ use takt::trajectory::kernel::KernelLimits;
 use takt::trajectory::timing::{Handling, TimingProblem};
 use takt::trajectory::{Certificate, Trajectory};
 
+use crate::jerk_limited;
 use crate::support::{bounds, plan, scenario};
 
 const SAMPLES: usize = 100_000;
@@ -178,4 +179,30 @@ fn the_hash_changes_with_any_coefficient() {
     let mut other = result.trajectory.clone();
     other.pieces[1][2][4] = f64::from_bits(other.pieces[1][2][4].to_bits() + 1);
     assert_ne!(other.sha256(), hash);
+}
+
+/// Two pieces of cruising in which acceleration is nothing but rounding, among pieces in which it is not: what
+/// jumps by rounding is continuous, what jumps by more is not.
+#[test]
+fn rounding_between_cruising_pieces_is_no_jump() {
+    let waypoints = [vec![0.0], vec![10.0]];
+    let limits = [KernelLimits {
+        derivatives: [2.0, 4.0, 16.0],
+        position: [f64::NEG_INFINITY, f64::INFINITY],
+    }];
+    let mut trajectory = fastest(&waypoints, &limits).trajectory;
+    let cruising = trajectory.pieces.iter().position(|p| p[0][2] == 0.0 && p[0][3] == 0.0);
+    let cruising = cruising.unwrap();
+    let half = 0.5 * (trajectory.breakpoints[cruising + 1] - trajectory.breakpoints[cruising]);
+    let [x, v] = [0, 1].map(|power| trajectory.pieces[cruising][0][power]);
+    trajectory.breakpoints.insert(cruising + 1, trajectory.breakpoints[cruising] + half);
+    trajectory.pieces.insert(cruising + 1, vec![vec![x + half * v, v, 0.0, 0.0]]);
+    let mut with = |acceleration: f64| {
+        trajectory.pieces[cruising + 1][0][2] = 0.5 * acceleration;
+        Certificate::new(&trajectory, &jerk_limited::bounds(&limits), &[])
+    };
+    let certificate = with(3e-12);
+    assert!(certificate.lawful && certificate.continuity == 2, "{certificate:?}");
+    let certificate = with(5e-12);
+    assert!(!certificate.lawful && certificate.continuity == 1, "{certificate:?}");
 }

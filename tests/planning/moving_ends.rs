@@ -187,7 +187,7 @@ fn two_hundred_motions_are_hardly_beaten() {
     let losses: Vec<f64> = (0..216).map(|number| loss(number, 8)).collect();
     let beaten = |by: f64| losses.iter().filter(|loss| **loss > by).count();
     println!("of 216 beaten by 0.05, 0.5 and 2 %: {:?}", [0.0005, 0.005, 0.02].map(beaten));
-    assert!(beaten(0.02) <= 2 && beaten(0.005) <= 5, "{losses:?}");
+    assert!(beaten(0.005) == 0 && beaten(0.0005) <= 6, "{losses:?}");
 }
 
 /// Planned without any limit of time.

@@ -101,18 +101,17 @@ impl WithSimd for Substitute<'_> {
     }
 }
 
-struct Compare<'a>(&'a Problem, [&'a Iterate; 2], usize);
+struct Compare<'a>(&'a Problem, &'a Iterate, &'a Work, usize);
 
 impl WithSimd for Compare<'_> {
     type Output = Trial;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Trial {
-        let Self(problem, points, group) = self;
+        let Self(problem, point, work, group) = self;
         let mut all = Trial::default();
         for part in 0..registers::<S>(problem.groups[group].used) {
-            let [old, new] = points.map(|point| Chain::new(simd, problem, point, group, part));
-            let one = trial(&old, &new);
+            let one = trial(&Chain::new(simd, problem, point, group, part), work);
             all.sum += one.sum;
             all.lost = all.lost.max(one.lost);
             all.logarithms += one.logarithms;
@@ -299,7 +298,7 @@ impl Run<'_> {
             advance(self.problem, point, &self.work, [primal, dual], next);
             let mut trial = Trial::default();
             for group in 0..self.problem.groups.len() {
-                let one = self.arch.dispatch(Compare(self.problem, [point, next], group));
+                let one = self.arch.dispatch(Compare(self.problem, next, &self.work, group));
                 trial.sum += one.sum;
                 trial.lost = trial.lost.max(one.lost);
                 trial.logarithms += one.logarithms;

@@ -440,7 +440,12 @@ fn ease_in(problem: &Problem, point: &mut Iterate) {
     let all = problem.segments * problem.cells;
     for group in 0..problem.groups.len() {
         for lane in 0..WIDTH {
-            let moves = problem.groups[group].goal.iter().any(|end| end.0[lane] != 0.0);
+            let goal = problem.groups[group].goal.map(|end| end.0[lane]);
+            let moves = goal.iter().any(|value| *value != 0.0);
+            if moves {
+                // An earlier point may have missed it.
+                point.cells[group * all + all - 1].s[2].0[lane] = goal[1];
+            }
             for c in (1..all).rev().take_while(|_| moves) {
                 let [t, ..] = before(problem, point, group, c, lane);
                 let most = EASY * problem.groups[group].limits[2].0[lane] * t;

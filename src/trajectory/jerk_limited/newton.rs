@@ -42,6 +42,9 @@ struct Value<S: Simd> {
     primal: Vector<S>,
     sum: Vector<S>,
     product: Vector<S>,
+    /// By column: what only one cell needs, kept because clearing it for every cell would cost time.
+    slopes: [Vector<S>; COLUMNS],
+    controls: [Vector<S>; COLUMNS],
 }
 
 /// A cell's barrier terms.
@@ -86,6 +89,18 @@ fn times<S: Simd>(p: &[Vector<S>; 6], y: [Vector<S>; 3]) -> [Vector<S>; 3] {
     ]
 }
 
+/// One over each of `values`, with one division for two of them.
+#[inline(always)]
+pub fn inverses<S: Simd>(chain: &Chain<S>, values: &[Vector<S>; ROWS]) -> [Vector<S>; ROWS] {
+    let mut inverses = *values;
+    for pair in 0..ROWS / 2 {
+        let [a, b] = [values[2 * pair], values[2 * pair + 1]];
+        let both = chain.splat(1.0) / (a * b);
+        (inverses[2 * pair], inverses[2 * pair + 1]) = (both * b, both * a);
+    }
+    inverses
+}
+
 /// `F^T y`: what a slope at the end of a cell is at its start.
 #[inline(always)]
 fn back<S: Simd>(t: Vector<S>, y: [Vector<S>; 3]) -> [Vector<S>; 3] {
@@ -106,12 +121,21 @@ impl<S: Simd> Value<S> {
             primal: zero,
             sum: zero,
             product: zero,
+            slopes: [zero; COLUMNS],
+            controls: [zero; COLUMNS],
         }
     }
 
     /// Takes up the multipliers of segment `i` at its end. Returns the end of the columns.
     #[inline(always)]
-    fn enter(&mut self, chain: &Chain<S>, point: &Iterate, i: usize, mu: f64) -> usize {
+    fn enter(
+        &mut self,
+        chain: &Chain<S>,
+        point: &Iterate,
+        i: usize,
+        mu: f64,
+        stored: &mut [Lanes; 2],
+    ) -> usize {
         let (zero, one) = (chain.splat(0.0), chain.splat(1.0));
         let n = chain.segments;
         let local = n + 1;
@@ -122,7 +146,7 @@ impl<S: Simd> Value<S> {
         }
         let lambda = chain.load(&point.lambda[chain.group * n + i]);
         if let Some(room) = chain.room(i) {
-            self.deviate(chain, &room, lambda, mu);
+            self.deviate(chain, &room, lambda, mu, stored);
         } else {
             self.p[0] = zero;
             self.p[1] = zero;
@@ -147,13 +171,24 @@ impl<S: Simd> Value<S> {
         active
     }
 
-    /// Takes up the bounds on deviations where there is room, and the multiplier of the way where there is none.
+    /// Takes up the bounds on deviations where there is room, and the multiplier of the way where there is none; keeps
+    /// the slacks' inverses.
     #[inline(always)]
-    fn deviate(&mut self, chain: &Chain<S>, room: &Room<S>, lambda: Vector<S>, mu: f64) {
+    fn deviate(
+        &mut self,
+        chain: &Chain<S>,
+        room: &Room<S>,
+        lambda: Vector<S>,
+        mu: f64,
+        stored: &mut [Lanes; 2],
+    ) {
         let (zero, one) = (chain.splat(0.0), chain.splat(1.0));
         let local = chain.segments + 1;
         let Room { open, slack, z } = room;
         let inverse = slack.map(|slack| one / slack);
+        for (inverse, slot) in inverse.iter().zip(stored) {
+            inverse.store(slot, chain.part);
+        }
         let only = |value: Vector<S>| open.select(value, zero);
         for value in &mut self.p[..3] {
             *value = only(*value);
@@ -186,18 +221,26 @@ impl<S: Simd> Value<S> {
         self.costate[2] = self.costate[2] + z[2] - z[3];
     }
 
-    /// Barrier terms of cell `c`, and what it adds to the residuals.
+    /// Barrier terms of cell `c`, and what it adds to the residuals; keeps the slacks' inverses.
     #[inline(always)]
-    fn barrier(&mut self, chain: &Chain<S>, c: usize, view: &View<S>, mu: f64) -> Barrier<S> {
+    fn barrier(
+        &mut self,
+        chain: &Chain<S>,
+        c: usize,
+        view: &View<S>,
+        mu: f64,
+        stored: &mut [Lanes; ROWS],
+    ) -> Barrier<S> {
         let zero = chain.splat(0.0);
         let mut barrier = Barrier { z: [zero; ROWS], pull: [zero; ROWS], w: [zero; ROWS] };
         let slack = view.slack(&chain.limits);
+        let inverses = inverses(chain, &slack);
         for row in 0..ROWS {
-            let inverse = chain.splat(1.0) / slack[row];
             let z = chain.multiplier(c, row);
+            inverses[row].store(&mut stored[row], chain.part);
             barrier.z[row] = z;
-            barrier.pull[row] = inverse * mu;
-            barrier.w[row] = z * inverse;
+            barrier.pull[row] = inverses[row] * mu;
+            barrier.w[row] = z * inverses[row];
             if chain.counts(c, row) {
                 self.product = self.product.max(z * slack[row] * chain.limits.real);
             }
@@ -305,13 +348,10 @@ impl<S: Simd> Value<S> {
         moves: &Moves<S>,
         stored: &mut [Lanes],
     ) {
-        let zero = chain.splat(0.0);
         let own = i + 1;
         let Moves { c, e, miss, gain, inverse, .. } = moves;
         let bend = self.own_duration(chain, i, view, barrier, moves);
         let pull = &barrier.pull;
-        let mut slopes = [zero; COLUMNS];
-        let mut controls = [zero; COLUMNS];
         for column in std::iter::once(0).chain(own..active) {
             let mut p = self.columns[column];
             if column == 0 {
@@ -337,9 +377,9 @@ impl<S: Simd> Value<S> {
                 before[2] = before[2] + bend[1];
                 slope = slope + bend[2];
             }
-            slopes[column] = slope;
-            controls[column] = slope * *inverse;
-            controls[column].store(&mut stored[column], chain.part);
+            let control = slope * *inverse;
+            control.store(&mut stored[column], chain.part);
+            (self.slopes[column], self.controls[column]) = (slope, control);
             self.columns[column] = [
                 before[0] - gain[0] * slope,
                 before[1] - gain[1] * slope,
@@ -347,9 +387,10 @@ impl<S: Simd> Value<S> {
             ];
         }
         for row in own..active {
-            self.m[row][0] = self.m[row][0] - slopes[row] * controls[0];
+            let slope = self.slopes[row];
+            self.m[row][0] = self.m[row][0] - slope * self.controls[0];
             for column in own..=row {
-                self.m[row][column] = self.m[row][column] - slopes[row] * controls[column];
+                self.m[row][column] = self.m[row][column] - slope * self.controls[column];
             }
         }
     }
@@ -432,11 +473,12 @@ pub fn backward<S: Simd>(chain: &Chain<S>, point: &Iterate, work: &mut Work, mu:
     let stride = work.stride;
     let mut value = Value::new(chain);
     for i in (0..n).rev() {
-        let active = value.enter(chain, point, i, mu);
+        let kept = &mut work.berth_inverses[chain.group * n + i];
+        let active = value.enter(chain, point, i, mu, kept);
         for c in (i * k..(i + 1) * k).rev() {
             let index = chain.group * all + c;
             let view = chain.view(c);
-            let barrier = value.barrier(chain, c, &view, mu);
+            let barrier = value.barrier(chain, c, &view, mu, &mut work.inverses[index]);
             value.knot(chain, c, &barrier);
             let moves = value.state(chain, &view, &barrier);
             let stored = &mut work.columns[index * stride..(index + 1) * stride];

@@ -3,6 +3,7 @@
 use crate::math::lanes::{Lanes, Simd, Vector};
 
 use super::chain::{Chain, ROWS, Room, View, total};
+use super::newton::inverses;
 use super::work::{COLUMNS, Work};
 
 /// What the full step would do.
@@ -50,7 +51,7 @@ pub fn forward<S: Simd>(chain: &Chain<S>, work: &mut Work, mu: f64) -> Outlook {
             for (value, slot) in end.iter().zip(&mut step.s) {
                 value.store(slot, part);
             }
-            let dz = rows(chain, c, &view, slack, mu, &mut found);
+            let dz = rows(chain, c, &work.inverses[index], slack, mu, &mut found);
             for (value, slot) in dz.iter().zip(&mut step.z) {
                 value.store(slot, part);
             }
@@ -123,28 +124,31 @@ fn follow<S: Simd>(
     ([x, v, a1], [most - change, most + change, zero - a1, a1, zero - v, v, zero - m, m])
 }
 
-/// Steps of a cell's multipliers; keeps the largest shares in `found`.
+/// Steps of a cell's multipliers, given one over each of its `slacks`; keeps the largest shares in `found`.
 #[inline(always)]
 fn rows<S: Simd>(
     chain: &Chain<S>,
     c: usize,
-    view: &View<S>,
+    slacks: &[Lanes; ROWS],
     step: [Vector<S>; ROWS],
     mu: f64,
     found: &mut [Vector<S>; 3],
 ) -> [Vector<S>; ROWS] {
     let zero = chain.splat(0.0);
     let real = chain.limits.real;
-    let slack = view.slack(&chain.limits);
+    let mut z = [zero; ROWS];
+    for row in 0..ROWS {
+        z[row] = chain.multiplier(c, row);
+    }
+    let inverses = inverses(chain, &z);
     let mut dz = [zero; ROWS];
     for row in 0..ROWS {
-        let z = chain.multiplier(c, row);
-        let inverse = chain.splat(1.0) / slack[row];
+        let inverse = chain.load(&slacks[row]);
         let share = step[row] * inverse;
-        dz[row] = inverse * mu - z - z * share;
+        dz[row] = inverse * mu - z[row] - z[row] * share;
         if chain.counts(c, row) {
             found[0] = found[0].max((zero - share) * real);
-            found[1] = found[1].max((zero - dz[row] / z) * real);
+            found[1] = found[1].max((zero - dz[row] * inverses[row]) * real);
             found[2] = found[2] + share * real;
         }
     }
@@ -186,36 +190,37 @@ pub struct Trial {
     pub logarithms: f64,
 }
 
-/// Compares two points of one register of joints.
+/// Looks at a new point of one register of joints; `work` has one over the slacks at the old one.
 #[inline(always)]
-pub fn trial<S: Simd>(old: &Chain<S>, new: &Chain<S>) -> Trial {
-    let (zero, one) = (old.splat(0.0), old.splat(1.0));
-    let limits = &old.limits;
+pub fn trial<S: Simd>(new: &Chain<S>, work: &Work) -> Trial {
+    let (zero, one) = (new.splat(0.0), new.splat(1.0));
+    let limits = &new.limits;
     let (mut sum, mut lost, mut product) = (zero, zero, one);
     let mut logarithms = 0.0;
-    for c in 0..old.all() {
-        let (before, after) = (old.view(c), new.view(c));
+    for c in 0..new.all() {
+        let after = new.view(c);
         for miss in after.residual(limits) {
             sum = sum + miss.abs() * limits.real;
         }
-        let slacks = [before.slack(limits), after.slack(limits)];
-        for row in 0..ROWS {
-            if old.counts(c, row) {
-                let change = (slacks[1][row] / slacks[0][row] - one) * limits.real;
+        let before = &work.inverses[new.group * new.all() + c];
+        for (row, slack) in after.slack(limits).into_iter().enumerate() {
+            if new.counts(c, row) {
+                let change = (slack * new.load(&before[row]) - one) * limits.real;
                 lost = lost.max(zero - change);
                 product = product * (change + one);
             }
         }
         // One logarithm for several cells: the product stays far from overflow.
-        if c % 4 == 3 || c + 1 == old.all() {
+        if c % 4 == 3 || c + 1 == new.all() {
             add_logarithms(product, &mut logarithms);
             product = one;
         }
     }
-    for i in 0..old.segments {
-        let (Some(before), Some(after)) = (old.room(i), new.room(i)) else { continue };
-        for side in 0..2 {
-            let change = after.slack[side] / before.slack[side] - one;
+    for i in 0..new.segments {
+        let Some(after) = new.room(i) else { continue };
+        let before = &work.berth_inverses[new.group * new.segments + i];
+        for (slack, before) in after.slack.into_iter().zip(before) {
+            let change = slack * new.load(before) - one;
             lost = lost.max(zero - change);
             product = product * (change + one);
         }

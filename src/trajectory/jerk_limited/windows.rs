@@ -159,9 +159,6 @@ fn attempt(
             break;
         }
         let (mut problem, mut point, units) = pose(window, cells[0], BARRIER[0]);
-        if !leads_to_goal(&problem, &point) {
-            break;
-        }
         if hastily && !hasten(&problem, &mut point, BARRIER[0]) {
             continue;
         }
@@ -172,6 +169,9 @@ fn attempt(
                 point = near;
                 barrier[0] = WARM;
             }
+        }
+        if !leads_to_goal(&problem, &point) {
+            continue;
         }
         let mut solved = 0;
         for stage in 0..cells.len() {

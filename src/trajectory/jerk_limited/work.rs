@@ -2,6 +2,7 @@
 
 use crate::math::lanes::Lanes;
 
+use super::chain::ROWS;
 use super::problem::{Cell, Problem};
 
 /// Most segments of one programme.
@@ -32,6 +33,10 @@ pub struct Work {
     /// `[group][cell][column]`, `stride` columns each.
     pub columns: Vec<Lanes>,
     pub stride: usize,
+    /// One over each slack, `[group][cell]`: to divide is what costs most in a step, so it is done once.
+    pub inverses: Vec<[Lanes; ROWS]>,
+    /// The same of deviations where segments end, `[group * segments + segment]`.
+    pub berth_inverses: Vec<[Lanes; 2]>,
     /// `[group][segment][3]`.
     pub eliminations: Vec<Elimination>,
     /// Curvature over durations `[row][column]`, summed over joints.
@@ -66,6 +71,8 @@ impl Work {
             gains: vec![Gain { state: [zero; 3], lean: zero }; cells],
             columns: vec![zero; cells * stride],
             stride,
+            inverses: vec![[zero; ROWS]; cells],
+            berth_inverses: vec![[zero; 2]; n * groups],
             eliminations: vec![none; n * groups * 3],
             curvature: vec![0.0; n * n],
             slope: vec![0.0; n],
