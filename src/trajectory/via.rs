@@ -62,6 +62,7 @@ impl Certificate {
 
 fn missed(limits: &JointBounds, at: f64, miss: f64, most: f64) -> Violation {
     let (name, unit) = (&limits.name, limits.unit_of(0));
+    let by = if miss < 1e-3 { format!("{miss:.3e}") } else { format!("{miss:.6}") };
     Violation {
         joint: name.clone(),
         limit: "via_tolerance".to_owned(),
@@ -69,7 +70,7 @@ fn missed(limits: &JointBounds, at: f64, miss: f64, most: f64) -> Violation {
         value: Some(miss).filter(|miss| miss.is_finite()),
         limit_value: most,
         detail: format!(
-            "{name} misses the waypoint due at {at:.6} s by {miss:.6e} {unit}, more than its tolerance of {most} {unit}"
+            "{name} misses the waypoint due at {at:.6} s by {by} {unit}, more than its tolerance of {most} {unit}"
         ),
     }
 }
