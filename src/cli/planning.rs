@@ -265,6 +265,9 @@ fn verify_request(result: &TrajectoryResult) -> Value {
         "trajectory": result.trajectory,
         "waypoints": due.collect::<Vec<_>>(),
     });
+    if let Some(tolerance) = &result.certificate.via_tolerance {
+        request["via_tolerance"] = json!(tolerance);
+    }
     if let Some(tcp) = &result.certificate.tcp_speed {
         let known = catalogue::get(&result.robot);
         let kinematics = known.and_then(|robot| robot.description().kinematics.clone());

@@ -25,6 +25,7 @@ mod study;
 mod tcp_speed;
 mod unsearched;
 pub mod verify;
+mod via;
 mod waypoints;
 mod weighted;
 

@@ -1,11 +1,12 @@
 //! What the limits admit, whatever the curve: the fastest motion, how short any could be, and which
 //! limits hold it back.
 
+use super::prepared::PreparedWaypoints;
 use super::result::Sensitivity;
 use crate::budget::Budget;
-use crate::trajectory::jerk_limited::{Fastest, fastest_within};
+use crate::trajectory::jerk_limited::{Demand, Fastest, fastest_within};
 use crate::trajectory::kernel::KernelLimits;
-use crate::trajectory::{DERIVATIVES, JointBounds, LowerBound};
+use crate::trajectory::{DERIVATIVES, JointBounds, LowerBound, Rooms};
 
 /// Savings below this share of the duration, per relative change of a limit, are rounding.
 const LEAST_SAVING: f64 = 1e-4;
@@ -21,11 +22,14 @@ pub(super) struct Optimum {
 }
 
 impl Optimum {
-    /// Plans the fastest motion through `waypoints`, as far as `budget` allows.
-    pub fn find(waypoints: &[Vec<f64>], limits: &[JointBounds], budget: &Budget) -> Self {
+    /// Plans the fastest motion through the waypoints of `task` from rest to rest, as far as `budget` allows.
+    pub fn find(task: &PreparedWaypoints, limits: &[JointBounds], budget: &Budget) -> Self {
         let rows: Vec<KernelLimits> = limits.iter().map(|limit| limit.kernel(3)).collect();
-        let found = fastest_within(waypoints, &rows, budget, &mut |_| {});
-        Self::of(&found, waypoints, limits, [true; 2])
+        let (waypoints, rooms) = (&task.waypoints, task.rooms(limits));
+        let rooms = Rooms::new(&rooms);
+        let demand = Demand { rooms, ..Demand::new(waypoints, &rows) };
+        let found = fastest_within(&demand, budget, &mut |_| {});
+        Self::of(&found, waypoints, limits, rooms, [true; 2])
     }
 
     /// What the fastest motion found says; it must have been planned with all limits.
@@ -34,11 +38,12 @@ impl Optimum {
         found: &Fastest,
         waypoints: &[Vec<f64>],
         limits: &[JointBounds],
+        rooms: Rooms,
         rests: [bool; 2],
     ) -> Self {
         Self {
             duration: found.trajectory.duration(),
-            bound: LowerBound::proven(waypoints, limits, rests, found.lower),
+            bound: LowerBound::proven(waypoints, limits, rooms, rests, found.lower),
             sensitivities: sensitivities(found, limits),
         }
     }

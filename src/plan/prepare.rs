@@ -241,6 +241,7 @@ impl Check<'_> {
         }
         let sound = waypoints.as_deref().filter(|_| faults.0.len() == before);
         let ends = self.ends(task, interpolation, sound, pointer, faults);
+        let via_tolerance = self.via_tolerance(task, interpolation, pointer, faults);
         if let Some(waypoints) = sound {
             self.fit(task, waypoints, interpolation, pointer, faults);
         }
@@ -259,6 +260,7 @@ impl Check<'_> {
             pareto: task.pareto.clone(),
             fixed: task.fixed_durations.clone(),
             ends,
+            via_tolerance,
         })
     }
 

@@ -128,6 +128,8 @@ pub(super) struct PreparedWaypoints {
     pub fixed: Option<Vec<f64>>,
     /// None if both are at rest.
     pub ends: Option<Ends>,
+    /// By how much each joint may miss inner waypoints, rad or m; none if they are just met.
+    pub via_tolerance: Option<Vec<f64>>,
 }
 
 impl PreparedPlan {

@@ -131,6 +131,22 @@ pub struct WaypointsTask {
     /// With `jerk_limited`, the motion at the last waypoint; default: at rest.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub goal: Option<EndMotion>,
+    /// With `jerk_limited`, by how much each joint may miss each waypoint but the first and the last, rad or m; default: not
+    /// at all. Position limits hold all the same.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub via_tolerance: Option<ViaTolerance>,
+}
+
+/// By how much joints may miss waypoints: the same for every joint, or one value per joint.
+///
+/// Every joint stays within its own tolerance (the maximum norm: rad and m do not add up).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(untagged, expecting = "expected a number or a list with a number per joint")]
+pub enum ViaTolerance {
+    /// The same for every joint, rad or m.
+    All(f64),
+    /// One per joint, rad or m.
+    PerJoint(Vec<f64>),
 }
 
 /// How the joints move at one end of a motion, as where a robot is re-planned while it moves.

@@ -9,8 +9,7 @@ use super::error::PlanError;
 use super::result::Binding;
 use super::waypoints::{Run, Timed};
 use crate::math::polynomial::Extremes;
-use crate::trajectory::jerk_limited::{Fastest, fastest_at_speeds};
-use crate::trajectory::kernel::KernelLimits;
+use crate::trajectory::jerk_limited::{Demand, Fastest, fastest_at_speeds};
 use crate::trajectory::{TcpLimit, Trajectory};
 
 /// Rounds in which a motion loses what rounding left above the limit.
@@ -52,17 +51,17 @@ impl Run<'_> {
         timed
     }
 
-    /// A motion that takes less time than `first`, the fastest of all within `limits`, once both are slow enough as a whole
+    /// A motion that takes less time than `first`, the fastest of all that `demand` admits, once both are slow enough as a whole
     /// for the tool's limit; `first` if there is none.
     pub(super) fn slowed_where_needed(
         &self,
         first: Fastest,
-        limits: &[KernelLimits],
+        demand: &Demand,
     ) -> Result<Fastest, PlanError> {
         let Some(limit) = self.tcp_limit.as_ref().filter(|_| self.task.ends.is_none()) else {
             return Ok(first);
         };
-        let mut speeds = vec![vec![f64::INFINITY; limits.len()]; first.durations.len()];
+        let mut speeds = vec![vec![f64::INFINITY; self.limits.len()]; first.durations.len()];
         let mut ratios = ratios(limit, &first);
         let mut best = (slowed(&first, &ratios), first.clone());
         let mut last = first;
@@ -71,7 +70,7 @@ impl Run<'_> {
             if !adapt(&mut speeds, &last, &ratios) || self.budget.stop_reason(0).is_some() {
                 break;
             }
-            last = fastest_at_speeds(&self.task.waypoints, limits, &speeds, self.budget);
+            last = fastest_at_speeds(&Demand { speeds: &speeds, ..*demand }, self.budget);
             self.still_wanted()?;
             iterations += last.iterations;
             ratios = self::ratios(limit, &last);

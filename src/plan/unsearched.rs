@@ -8,11 +8,11 @@ use super::prepared::Progress;
 use super::waypoints::{Run, Timed, required_scale, times};
 use crate::budget::StopReason;
 use crate::optimize::{ConvergencePoint, Solution};
-use crate::trajectory::Trajectory;
 use crate::trajectory::interpolation::{Profile, ProfileLimits};
 use crate::trajectory::jerk_limited::state_to_state::StateFault;
-use crate::trajectory::jerk_limited::{Stage, fastest_between, fastest_within};
+use crate::trajectory::jerk_limited::{Demand, Stage, fastest_between, fastest_within};
 use crate::trajectory::kernel::KernelLimits;
+use crate::trajectory::{Rooms, Trajectory};
 
 /// Rounds in which a motion loses what rounding left above a limit.
 const ROUNDINGS: usize = 4;
@@ -110,18 +110,21 @@ impl Run<'_> {
             });
             convergence.push(point);
         };
-        let (waypoints, budget) = (&self.task.waypoints, self.budget);
-        let found = match &self.task.ends {
-            None => fastest_within(waypoints, &limits, budget, &mut tell),
-            Some(ends) => fastest_between(waypoints, &limits, ends, budget, &mut tell)
+        let (waypoints, budget, rooms) =
+            (&self.task.waypoints, self.budget, self.task.rooms(self.limits));
+        let (rooms, ends) = (Rooms::new(&rooms), self.task.ends.as_ref());
+        let demand = Demand { rooms, ends, ..Demand::new(waypoints, &limits) };
+        let found = match ends {
+            None => fastest_within(&demand, budget, &mut tell),
+            Some(_) => fastest_between(&demand, budget, &mut tell)
                 .map_err(|faults| state_error(&faults))?,
         };
         self.still_wanted()?;
         // With fewer limits than there are the motion says nothing about lawful ones.
         let optimum = (self.orders() == 3)
-            .then(|| Optimum::of(&found, waypoints, self.limits, self.task.rests()));
+            .then(|| Optimum::of(&found, waypoints, self.limits, rooms, self.task.rests()));
         let without_tcp_limit = self.tcp_limit.map(|_| found.trajectory.duration());
-        let found = self.slowed_where_needed(found, &limits)?;
+        let found = self.slowed_where_needed(found, &demand)?;
         let (mut trajectory, mut durations) = (found.trajectory, found.durations);
         // Ends in motion would not stand it, and what they leave to rounding is within its tolerance.
         let rounds = if self.task.ends.is_none() { ROUNDINGS } else { 0 };

@@ -8,7 +8,7 @@ use utoipa::ToSchema;
 
 use super::limits;
 use super::prepare::resolve_robot;
-use super::request::{LimitOverrides, LimitScale, RobotRef};
+use super::request::{LimitOverrides, LimitScale, RobotRef, ViaTolerance};
 use super::samples::Samples;
 use crate::fault::{Faults, read};
 use crate::robot::Robot;
@@ -34,6 +34,10 @@ pub struct VerifyRequest {
     /// Configurations to be passed, and when.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub waypoints: Option<Vec<DueWaypoint>>,
+    /// By how much each joint may miss `waypoints`, rad or m; default: any miss is only told. Those due where the trajectory
+    /// starts or ends are met exactly.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub via_tolerance: Option<ViaTolerance>,
 }
 
 /// A configuration that is due.
@@ -67,14 +71,24 @@ impl VerifyRequest {
             samples: Option<Value>,
             #[serde(default)]
             waypoints: Option<Vec<DueWaypoint>>,
+            #[serde(default)]
+            via_tolerance: Option<ViaTolerance>,
         }
         let mut faults = Faults::default();
         let Some(raw) = read::<Raw>(value, "", &mut faults) else { return Err(faults) };
-        let Raw { robot, limits, limit_scale, trajectory, samples, waypoints } = raw;
+        let Raw { robot, limits, limit_scale, trajectory, samples, waypoints, via_tolerance } = raw;
         let robot = RobotRef::parse(robot, "/robot", &mut faults);
         let samples = samples.and_then(|samples| Samples::parse(samples, &mut faults));
         let Some(robot) = robot else { return Err(faults) };
-        faults.into_result(Self { robot, limits, limit_scale, trajectory, samples, waypoints })
+        faults.into_result(Self {
+            robot,
+            limits,
+            limit_scale,
+            trajectory,
+            samples,
+            waypoints,
+            via_tolerance,
+        })
     }
 }
 
@@ -116,6 +130,11 @@ pub fn verify(
             faults.add(format!("/waypoints/{index}/position"), detail);
         }
     }
+    let tolerance = request.via_tolerance.as_ref();
+    let tolerance = tolerance.and_then(|it| it.resolve(&limits, "/via_tolerance", &mut faults));
+    if request.via_tolerance.is_some() && waypoints.is_empty() {
+        faults.add("/via_tolerance", "there are no `waypoints` that it could hold for: give them");
+    }
     let Ok(trajectory) = trajectory else { return Err(faults) };
     let due: Vec<(f64, &[f64])> =
         waypoints.iter().map(|waypoint| (waypoint.time, waypoint.position.as_slice())).collect();
@@ -123,5 +142,10 @@ pub fn verify(
     let tcp_limit =
         robot.kinematics().zip(tcp_speed).map(|(kinematics, speed)| TcpLimit { kinematics, speed });
     let certificate = Certificate::new(&trajectory, &limits, &due);
-    Ok(certificate.with_tcp_limit(&trajectory, tcp_limit.as_ref()))
+    Ok(certificate.with_tcp_limit(&trajectory, tcp_limit.as_ref()).with_via_tolerance(
+        &trajectory,
+        &limits,
+        &due,
+        tolerance.as_deref(),
+    ))
 }

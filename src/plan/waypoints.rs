@@ -18,7 +18,9 @@ use crate::trajectory::interpolation::Timing;
 use crate::trajectory::kernel::Kernel;
 use crate::trajectory::objective::Measures;
 use crate::trajectory::timing::{Handling, TimingProblem};
-use crate::trajectory::{Certificate, JointBounds, LowerBound, TcpLimit, Trajectory, Violation};
+use crate::trajectory::{
+    Certificate, JointBounds, LowerBound, Rooms, TcpLimit, Trajectory, Violation,
+};
 
 /// Polynomials a plan may have to be certified even though it was cancelled:
 /// more would delay the end by more than a few hundredths of a second.
@@ -50,7 +52,7 @@ pub fn plan_from(
 ) -> Result<TrajectoryResult, PlanError> {
     // The fastest motion itself says how short any could be.
     let tells = matches!(task.interpolation.timing, Timing::Free) && orders(task) == 3;
-    let optimum = (!tells).then(|| Optimum::find(&task.waypoints, &plan.limits, budget));
+    let optimum = (!tells).then(|| Optimum::find(task, &plan.limits, budget));
     let (limits, side_by_side) = (&plan.limits[..], plan.side_by_side);
     let tcp_limit = plan.tcp_limit();
     let run = Run { task, limits, tcp_limit, side_by_side, hints, seed, budget, progress, optimum };
@@ -142,7 +144,9 @@ impl Run<'_> {
     /// No lawful trajectory is shorter, s, as far as known before planning.
     pub(super) fn lower_bound(&self) -> Option<f64> {
         let (task, limits) = (self.task, self.limits);
-        let elementary = || LowerBound::elementary(&task.waypoints, limits, task.rests());
+        let rooms = task.rooms(limits);
+        let elementary =
+            || LowerBound::elementary(&task.waypoints, limits, Rooms::new(&rooms), task.rests());
         let bound = self.optimum.as_ref().map_or_else(elementary, |it| it.bound.clone());
         bound.map(|bound| bound.lower)
     }
@@ -466,7 +470,8 @@ impl Run<'_> {
             waypoint_times.iter().copied().zip(waypoints.iter().map(Vec::as_slice)).collect();
         let ends = self.task.ends.as_ref();
         let certificate = Certificate::joined(&trajectory, self.limits, &due, ends)
-            .with_tcp_limit(&trajectory, self.tcp_limit.as_ref());
+            .with_tcp_limit(&trajectory, self.tcp_limit.as_ref())
+            .with_via_tolerance(&trajectory, self.limits, &due, self.task.via_tolerance.as_deref());
         let duration = trajectory.duration();
         let bound = optimum.as_ref().or(self.optimum.as_ref()).and_then(|it| it.bound.clone());
         let bound = bound.map(|bound| bound.against(duration));

@@ -6,8 +6,9 @@ use utoipa::ToSchema;
 
 use super::ends::Ends;
 use super::limits::{DERIVATIVES, JointBounds, Limit};
-use super::polynomial_trajectory::{KinematicState, Trajectory};
+use super::polynomial_trajectory::Trajectory;
 use super::tcp_speed::{TcpLimit, TcpPeak};
+use super::via::waypoint_error;
 use crate::math::polynomial::{Extremes, derivative_at};
 
 /// How far rounding may carry a peak over its limit, relative to the limit.
@@ -29,7 +30,7 @@ const ROUNDING: f64 = 1e-12;
 /// What a trajectory, as delivered, does to every limit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Certificate {
-    /// True if no known limit is exceeded at any time.
+    /// True if no known limit is exceeded at any time, nor the tolerance at waypoints where there is one.
     pub lawful: bool,
     /// Largest ratio of a finite velocity, acceleration, jerk or tool speed peak to its
     /// limit; infinite peaks are among the violations.
@@ -51,6 +52,10 @@ pub struct Certificate {
     pub violations: Vec<Violation>,
     /// Largest distance from a waypoint at its time, rad or m; null without waypoints.
     pub waypoint_error: Option<f64>,
+    /// By how much each joint may miss inner waypoints, rad or m; absent where that is no limit, and then
+    /// `waypoint_error` only tells.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub via_tolerance: Option<Vec<f64>>,
     /// Smallest distance to an obstacle; null where no scene was given.
     pub clearance: Option<Clearance>,
     /// SHA-256 of the delivered coefficients: breakpoints, then the
@@ -113,7 +118,7 @@ pub struct PositionRange {
 pub struct Violation {
     /// Joint name; `tcp` for the tool centre point.
     pub joint: String,
-    /// `position`, `velocity`, `acceleration`, `jerk` or, of the tool centre point, `tcp_speed`.
+    /// `position`, `velocity`, `acceleration`, `jerk`, `via_tolerance` or, of the tool centre point, `tcp_speed`.
     pub limit: String,
     /// When it is exceeded most, s.
     pub at: f64,
@@ -184,6 +189,7 @@ impl Certificate {
             tcp_speed: None,
             violations,
             waypoint_error: waypoint_error(trajectory, waypoints),
+            via_tolerance: None,
             clearance: None,
             sha256: trajectory.sha256(),
         }
@@ -478,22 +484,6 @@ impl JointCertificate {
             detail,
         }
     }
-}
-
-fn waypoint_error(trajectory: &Trajectory, waypoints: &[(f64, &[f64])]) -> Option<f64> {
-    let mut state = KinematicState::new(trajectory.dof());
-    let mut worst = None;
-    for (t, waypoint) in waypoints {
-        trajectory.sample(*t, &mut state);
-        for (reached, wanted) in state.position.iter().zip(*waypoint) {
-            let error = (reached - wanted).abs();
-            // Not-a-number is the largest error of all.
-            worst = Some(worst.map_or(error, |worst: f64| {
-                if error.is_nan() || worst.is_nan() { f64::NAN } else { worst.max(error) }
-            }));
-        }
-    }
-    worst
 }
 
 impl Trajectory {

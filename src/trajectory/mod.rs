@@ -13,9 +13,11 @@ mod limits;
 pub mod objective;
 mod polynomial_trajectory;
 mod rest_to_rest;
+mod rooms;
 mod tcp_speed;
 mod timeline;
 pub mod timing;
+mod via;
 pub mod weighted;
 
 pub use bound::{LowerBound, Prices, lower_bound};
@@ -27,5 +29,6 @@ pub use export::{
 };
 pub use limits::{DERIVATIVES, JointBounds, Limit};
 pub use polynomial_trajectory::{KinematicState, Trajectory, TrajectoryError};
+pub use rooms::{Room, Rooms, rooms};
 pub use tcp_speed::{TcpLimit, TcpPeak};
 pub use timeline::{BindingTimeline, Interval, JointTimeline, LimitTimeline};

@@ -235,6 +235,8 @@ fn jobs() -> Vec<Case> {
         job("/task/goal", json!({"velocity": [1, "x"]}), &["/task/goal/velocity/1", "string"]),
         job("/task/goal", json!({"velocity": [1]}), &["/task/goal/velocity", "1 values"]),
         job("/task/start", json!({"place": [1]}), &["/task/start/place", "unknown field"]),
+        job("/task/via_tolerance", json!(0.1), &["/task/via_tolerance", "only jerk_limited"]),
+        job("/task/via_tolerance", json!("near"), &["/task/via_tolerance", "a number or a list"]),
         job("/limits", json!({"velocity": 0}), &["/limits/velocity", "positive"]),
         job("/limits", json!({"velocity": -1}), &["/limits/velocity", "-1"]),
         job("/limits", json!({"velocity": [1]}), &["/limits/velocity", "1 values", "2 joints"]),

@@ -62,6 +62,34 @@ async fn the_fastest_motion_is_planned_drawn_and_told() {
     assert!(refused["errors"][0]["detail"].as_str().unwrap().contains("leave out"), "{refused}");
 }
 
+/// A tolerance at waypoints goes in, what was missed comes out, and anyone can have it judged.
+#[tokio::test]
+async fn a_tolerance_at_waypoints_is_kept_and_judged() {
+    let server = Server::start().await;
+    let scenario = server.json("/v1/scenarios/mcb-ab-fastest/request").await;
+    let mut job = scenario.clone();
+    job["task"]["via_tolerance"] = json!(0.05);
+    let address = server.succeeded(&job).await;
+    let result = server.json(&format!("{address}/result")).await;
+    let certificate = &result["certificate"];
+    assert_eq!(certificate["lawful"], true, "{certificate}");
+    assert_eq!(certificate["via_tolerance"], json!([0.05, 0.05, 0.05, 0.05, 0.05, 0.05]));
+    let missed = certificate["waypoint_error"].as_f64().unwrap();
+    assert!((0.04..=0.05).contains(&missed), "{missed}");
+    let times = result["waypoint_times"].as_array().unwrap().iter();
+    let due: Vec<Value> = times
+        .zip(result["waypoints"].as_array().unwrap())
+        .map(|(time, position)| json!({"time": time, "position": position}))
+        .collect();
+    for (tolerance, lawful) in [(json!(0.05), true), (json!([0, 0, 0, 0, 0, 0]), false)] {
+        let request = json!({"robot": scenario["robot"], "limits": scenario["limits"],
+            "trajectory": result["trajectory"], "waypoints": due, "via_tolerance": tolerance});
+        let answer = server.post("/v1/verify", &request).await;
+        let certificate: Value = answer.json().await.unwrap();
+        assert_eq!(certificate["lawful"], lawful, "{certificate}");
+    }
+}
+
 /// A robot that moves is planned from its motion, and its result says so.
 #[tokio::test]
 async fn a_motion_goes_on_from_where_the_robot_is() {

@@ -4,7 +4,7 @@ use serde_json::Value;
 use takt::math::random::RandomStream;
 use takt::trajectory::jerk_limited::{Fastest, fastest};
 use takt::trajectory::kernel::KernelLimits;
-use takt::trajectory::{Prices, lower_bound};
+use takt::trajectory::{Prices, Rooms, lower_bound};
 
 use crate::jerk_limited::{nasty, problem};
 
@@ -14,7 +14,7 @@ fn lower(waypoints: &[Vec<f64>], limits: &[KernelLimits], found: &Fastest, price
         |pair: &[Vec<f64>]| pair[1].iter().zip(&pair[0]).map(|(to, from)| to - from).collect();
     let ways: Vec<Vec<f64>> = waypoints.windows(2).map(way).collect();
     let rows: Vec<[f64; 3]> = limits.iter().map(|limit| limit.derivatives).collect();
-    lower_bound(&ways, &rows, &found.durations, prices)
+    lower_bound(&ways, &rows, Rooms::none(), &found.durations, prices)
 }
 
 /// Whatever prices are asked, no bound may exceed the duration of a lawful trajectory.

@@ -246,6 +246,19 @@ fn long_lists_keep_moving() {
     assert!(found.converged && !found.stops);
 }
 
+/// A list of one joint that is searched although it is longer than a window.
+#[test]
+fn a_long_list_of_one_joint_may_be_hard() {
+    let mut random = RandomStream::new(94, 5);
+    let mut position = || random.uniform(-1.0, 1.0) * if random.unit() < 0.5 { 1e-3 } else { 1.0 };
+    let waypoints: Vec<Vec<f64>> = (0..22).map(|_| vec![position()]).collect();
+    let limits = limits(&[[f64::INFINITY, 3.0, 30.0]]);
+    let found = fastest(&waypoints, &limits);
+    let duration = certified("one joint", &waypoints, &limits, &found);
+    assert!(duration > 1.05 * found.lower, "the test is of no use: {} {duration}", found.lower);
+    assert!(duration <= stopping(&waypoints, &limits));
+}
+
 /// A joint that turns round at a waypoint would pass it by; its position limit forbids that.
 #[test]
 fn position_limits_hold_between_waypoints() {

@@ -35,4 +35,5 @@ mod state_to_state;
 mod support;
 mod tcp_speed;
 mod timeline;
+mod via;
 mod watched;

@@ -4,7 +4,7 @@ use serde_json::Value;
 use takt::budget::Budget;
 use takt::math::random::RandomStream;
 use takt::trajectory::jerk_limited::state_to_state::{State, between};
-use takt::trajectory::jerk_limited::{Fastest, fastest, fastest_between};
+use takt::trajectory::jerk_limited::{Demand, Fastest, fastest, fastest_between};
 use takt::trajectory::kernel::KernelLimits;
 use takt::trajectory::{Certificate, Ends, KinematicState};
 
@@ -192,7 +192,8 @@ fn two_hundred_motions_are_hardly_beaten() {
 
 /// Planned without any limit of time.
 fn planned(waypoints: &[Vec<f64>], limits: &[KernelLimits], ends: &Ends) -> Fastest {
-    fastest_between(waypoints, limits, ends, &Budget::default(), &mut |_| {}).unwrap()
+    let demand = Demand { ends: Some(ends), ..Demand::new(waypoints, limits) };
+    fastest_between(&demand, &Budget::default(), &mut |_| {}).unwrap()
 }
 
 /// Certified and at both states to 1e-9.

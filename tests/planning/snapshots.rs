@@ -2,6 +2,7 @@
 
 use serde_json::json;
 use takt::budget::Budget;
+use takt::plan::verify::{VerifyRequest, verify};
 use takt::plan::{PlanRequest, PlanResult, validate};
 
 use crate::support::{faults, plan};
@@ -45,6 +46,19 @@ fn a_family() {
     };
     result["worst_case"] = json!("as of any plan");
     insta::assert_json_snapshot!(result);
+}
+
+/// The same axis held against a waypoint that it misses by more than may be.
+#[test]
+fn a_missed_waypoint() {
+    let robot = json!({ "name": "axis", "joints": [{ "name": "x", "type": "prismatic",
+        "limits": { "lower": 0, "upper": 10, "velocity": 2, "acceleration": 4 } }] });
+    let trajectory = json!({ "breakpoints": [0, 1], "pieces": [[[1]]] });
+    let due = json!([{ "time": 0, "position": [1] }, { "time": 0.5, "position": [1.25] }]);
+    let request = json!({ "robot": robot, "trajectory": trajectory, "waypoints": due,
+        "via_tolerance": [0.125] });
+    let request = VerifyRequest::parse(request).unwrap();
+    insta::assert_json_snapshot!(verify(&request, &|_| None).unwrap());
 }
 
 /// Faults are read by people: their words are part of the service.

@@ -315,7 +315,7 @@ fn only_fast_segments_are_slowed_down() {
 #[test]
 fn speeds_by_segment_are_kept() {
     use takt::budget::Budget;
-    use takt::trajectory::jerk_limited::{fastest, fastest_at_speeds};
+    use takt::trajectory::jerk_limited::{Demand, fastest, fastest_at_speeds};
     use takt::trajectory::kernel::KernelLimits;
     let free = [f64::NEG_INFINITY, f64::INFINITY];
     let limit = KernelLimits { derivatives: [1.0, 4.0, 40.0], position: free };
@@ -324,14 +324,16 @@ fn speeds_by_segment_are_kept() {
     let count = 25;
     let mut number = || (random.next_u64() >> 11) as f64 * (-53_f64).exp2();
     let waypoints: Vec<Vec<f64>> = (0..count).map(|_| vec![number(), 2.0 * number()]).collect();
-    let unlimited = fastest(&waypoints, &[limit; 2]);
+    let limits = [limit; 2];
+    let unlimited = fastest(&waypoints, &limits);
+    let demand = |speeds| Demand { speeds, ..Demand::new(&waypoints, &limits) };
     let same = vec![vec![f64::INFINITY; 2]; count - 1];
-    let found = fastest_at_speeds(&waypoints, &[limit; 2], &same, &Budget::default());
+    let found = fastest_at_speeds(&demand(&same), &Budget::default());
     let gap = found.durations.iter().sum::<f64>() / unlimited.durations.iter().sum::<f64>();
     assert!((gap - 1.0).abs() < 0.02, "{gap}");
     let slow = |segment: usize| if segment % 3 == 1 { 0.3 } else { f64::INFINITY };
     let speeds: Vec<Vec<f64>> = (0..count - 1).map(|it| vec![slow(it), 2.0 * slow(it)]).collect();
-    let found = fastest_at_speeds(&waypoints, &[limit; 2], &speeds, &Budget::default());
+    let found = fastest_at_speeds(&demand(&speeds), &Budget::default());
     assert!(found.converged && !found.stops);
     let mut state = takt::trajectory::KinematicState::new(2);
     let mut highest = vec![[0.0f64; 2]; count - 1];

@@ -7,7 +7,7 @@ use crate::plan::{
     Clock, ConstraintHandling, Constraints, DurationGoal, DurationRange, EndMotion, Leg,
     LimitOverride, LimitOverrides, LimitScale, LimitValues, ObjectiveWeights, OptimizerChoice,
     ParetoMethod, ParetoRequest, PlanRequest, PoseWaypoint, ProgramTask, RobotRef, TASKS, Task,
-    Waypoint, WaypointsTask,
+    ViaTolerance, Waypoint, WaypointsTask,
 };
 use crate::robot::RobotDescription;
 use crate::trajectory::objective::ObjectiveName;
@@ -139,6 +139,7 @@ impl MessageForm<proto::WaypointsTask> for WaypointsTask {
             fixed_durations,
             start,
             goal,
+            via_tolerance,
         } = self;
         proto::WaypointsTask {
             waypoints: waypoints.into_message(),
@@ -154,6 +155,7 @@ impl MessageForm<proto::WaypointsTask> for WaypointsTask {
             fixed_durations: fixed_durations.into_message(),
             start: start.into_message(),
             goal: goal.into_message(),
+            via_tolerance: via_tolerance.into_message(),
         }
     }
 
@@ -172,6 +174,7 @@ impl MessageForm<proto::WaypointsTask> for WaypointsTask {
             fixed_durations,
             start,
             goal,
+            via_tolerance,
         } = message;
         let super::Defaulted(optimizer) =
             MessageForm::from_message(optimizer, place.field("optimizer"), faults);
@@ -196,6 +199,36 @@ impl MessageForm<proto::WaypointsTask> for WaypointsTask {
             ),
             start: MessageForm::from_message(start, place.field("start"), faults),
             goal: MessageForm::from_message(goal, place.field("goal"), faults),
+            via_tolerance: MessageForm::from_message(
+                via_tolerance,
+                place.field("via_tolerance"),
+                faults,
+            ),
+        }
+    }
+}
+
+impl MessageForm<proto::ViaTolerance> for ViaTolerance {
+    fn into_message(self) -> proto::ViaTolerance {
+        use proto::via_tolerance::Kind;
+        let kind = match self {
+            Self::All(value) => Kind::All(value),
+            Self::PerJoint(values) => Kind::PerJoint(values.into_message()),
+        };
+        proto::ViaTolerance { kind: Some(kind) }
+    }
+
+    fn from_message(message: proto::ViaTolerance, place: Place<'_>, faults: &mut Faults) -> Self {
+        use proto::via_tolerance::Kind;
+        match message.kind {
+            Some(Kind::All(value)) => Self::All(f64::from_message(value, place, faults)),
+            Some(Kind::PerJoint(values)) => {
+                Self::PerJoint(MessageForm::from_message(values, place, faults))
+            }
+            None => {
+                place.fault(faults, "expected one value for all joints or one per joint");
+                Self::All(0.0)
+            }
         }
     }
 }

@@ -104,6 +104,7 @@ message_form!(Certificate {
     clearance,
     sha256,
     tcp_speed,
+    via_tolerance,
 });
 
 message_form!(JointCertificate {

@@ -60,6 +60,7 @@ fn waypoints_task() -> Value {
         "fixed_durations": [0.5],
         "start": {"velocity": [0.1, 0.2, 0.3], "acceleration": [0.4, 0.5, 0.6]},
         "goal": {"velocity": [0.7, 0.8, 0.9], "acceleration": [1.0, 1.1, 1.2]},
+        "via_tolerance": [0.05, 0.0, 0.01],
     })
 }
 
@@ -99,7 +100,7 @@ pub(crate) fn trajectory_result() -> Value {
             "tcp_speed": peak,
             "violations": [{"joint": "j1", "limit": "jerk", "at": 0.1, "value": 9.0,
                 "limit_value": 8.0, "detail": "too much"}],
-            "waypoint_error": 1e-12,
+            "waypoint_error": 1e-12, "via_tolerance": [0.05, 0.0],
             "clearance": {"smallest_m": 0.1, "at": 1.0, "pair": ["arm", "table"]},
             "sha256": "ab"},
         "bound": {"lower": 2.9, "gap": 0.03, "method": "speed"},
@@ -547,6 +548,7 @@ const WITHOUT_JSON: &[(&str, &str)] = &[
     ("OptionalNumbers", "a list in JSON"),
     ("OptionalNumber", "a number or null in JSON"),
     ("LimitOverride", "null, a number or a list in JSON"),
+    ("ViaTolerance", "a number or a list in JSON"),
     ("DurationGoal", "JSON has one of its fields at a time"),
     ("OptimizerChoice", "JSON has the parameters beside the name"),
     ("MethodChoice", "JSON has the parameters beside the name"),

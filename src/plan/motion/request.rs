@@ -84,6 +84,7 @@ impl MotionTask {
             duration: self.duration,
             objective: self.objective,
             pareto: None,
+            via_tolerance: None,
             fixed_durations: None,
             start: None,
             goal: None,

@@ -314,7 +314,7 @@ impl<'a> Posed<'a> {
     fn lower_bound(&self, budget: &Budget) -> Option<f64> {
         match self {
             Self::Timing { study, .. } => {
-                let optimum = Optimum::find(&study.task.waypoints, &study.limits, budget);
+                let optimum = Optimum::find(&study.task, &study.limits, budget);
                 optimum.bound.map(|bound| bound.lower)
             }
             Self::Function { .. } => None,

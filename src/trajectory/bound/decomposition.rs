@@ -8,13 +8,14 @@
 //! `h` the joints pay independently, see [`super::payment`]; over `h` the least payment is bounded by
 //! dividing its range. `docs/BOUND.md` has the proof.
 
-use super::payment::{Case, Minorant, minorants};
+use super::payment::{Case, Minorant, Near, minorants};
+use crate::trajectory::rooms::Rooms;
 
 /// Prices of the states at waypoints; any are valid, good ones are the multipliers of a good trajectory.
 ///
-/// `[segment][joint]`: what velocity and acceleration cost where a segment starts, in s per rad/s and
-/// per rad/s² (or m). Those of the first segment do not count.
-pub type Prices = Vec<Vec<[f64; 2]>>;
+/// `[segment][joint]`: what position, velocity and acceleration cost where a segment starts, in s per rad, per rad/s
+/// and per rad/s² (or m). Those of the first segment do not count.
+pub type Prices = Vec<Vec<[f64; 3]>>;
 
 /// Durations tried first, relative to those of the trajectory.
 const FIRST: [f64; 6] = [0.9, 0.97, 1.0, 1.03, 1.12, 1.5];
@@ -32,27 +33,32 @@ const HALVINGS: usize = 12;
 /// What rounding may have added to the bound, relative to the trajectory's duration.
 const ROUNDING: f64 = 1e-9;
 
-/// A duration in s below which no trajectory from rest to rest along `ways[segment][joint]` is lawful,
-/// given that a lawful one with these `durations` exists.
+/// A duration in s below which no trajectory from rest to rest along `ways[segment][joint]`, which may miss
+/// waypoints within `rooms`, is lawful, given that a lawful one with these `durations` exists.
 ///
 /// `limits` are of velocity, acceleration and jerk, infinite where there is none.
 pub fn decomposed(
     ways: &[Vec<f64>],
     limits: &[[f64; 3]],
+    rooms: Rooms,
     durations: &[f64],
     prices: &Prices,
 ) -> f64 {
     let upper: f64 = durations.iter().sum();
     let limits: Vec<[f64; 3]> = limits.iter().map(|limit| implied(*limit, upper)).collect();
-    let least: Vec<f64> = ways.iter().map(|row| at_full_speed(row, &limits)).collect();
+    let all = Segments { ways, limits: &limits, rooms, prices };
+    let cases = |segment: usize| -> Vec<Case> {
+        (0..limits.len()).map(|joint| all.case(segment, joint)).collect()
+    };
+    let least: Vec<f64> = (0..ways.len()).map(|segment| at_full_speed(&cases(segment))).collect();
     let all_least: f64 = least.iter().sum();
     let segment = |segment: usize| {
-        let joints = 0..limits.len();
-        let cases: Vec<Case> =
-            joints.map(|joint| case(ways, &limits, prices, segment, joint)).collect();
+        let cases = cases(segment);
         // Longer segments belong to trajectories that are no faster than the one we have.
         let range = [least[segment], upper - (all_least - least[segment])];
-        Payment { cases: &cases, minorants: Vec::new(), range }.least(durations[segment])
+        // Where deviations can make up for all ways, nothing else bounds the shortest durations.
+        let near = (range[0] == 0.0).then(|| Near::new(&cases));
+        Payment { cases: &cases, near, minorants: Vec::new(), range }.least(durations[segment])
     };
     let sum: f64 = (0..ways.len()).map(segment).sum();
     // Not-a-number must not pass for a bound.
@@ -66,41 +72,60 @@ fn implied([velocity, acceleration, jerk]: [f64; 3], upper: f64) -> [f64; 3] {
     [velocity.min(0.5 * acceleration * upper), acceleration, jerk]
 }
 
-/// No joint is faster than its speed limit all the way.
-fn at_full_speed(row: &[f64], limits: &[[f64; 3]]) -> f64 {
-    row.iter().zip(limits).map(|(way, limit)| way.abs() / limit[0]).fold(0.0, f64::max)
+/// No joint is faster than its speed limit all the way, from one room to the next.
+fn at_full_speed(cases: &[Case]) -> f64 {
+    let of = |case: &Case| {
+        let way = case.way.abs() - case.rooms[0] - case.rooms[1];
+        way.max(0.0) / case.limits[0]
+    };
+    cases.iter().map(of).fold(0.0, f64::max)
 }
 
-/// What one joint pays for one segment; the duration is open.
-fn case(
-    ways: &[Vec<f64>],
-    limits: &[[f64; 3]],
-    prices: &Prices,
-    segment: usize,
-    joint: usize,
-) -> Case {
-    let last = segment + 1 == ways.len();
-    let price = |segment: usize| {
-        let [v, a] = prices[segment][joint];
-        let [_, acceleration, jerk] = limits[joint].map(f64::is_finite);
-        // What has no limit on its change may jump at a waypoint.
-        [if acceleration { v } else { 0.0 }, if jerk { a } else { 0.0 }]
-    };
-    let case = Case {
-        duration: 0.0,
-        way: ways[segment][joint],
-        limits: limits[joint],
-        enter: if segment > 0 { price(segment) } else { [0.0; 2] },
-        leave: if last { [0.0; 2] } else { price(segment + 1) },
-        from_rest: segment == 0,
-    };
-    if last && segment > 0 { case.backwards() } else { case }
+/// What the payments are made for.
+struct Segments<'a> {
+    ways: &'a [Vec<f64>],
+    limits: &'a [[f64; 3]],
+    rooms: Rooms<'a>,
+    prices: &'a Prices,
+}
+
+impl Segments<'_> {
+    /// What one joint pays for one segment; the duration is open.
+    fn case(&self, segment: usize, joint: usize) -> Case {
+        let last = segment + 1 == self.ways.len();
+        let price = |segment: usize| {
+            let [x, v, a] = self.prices[segment][joint];
+            let [_, acceleration, jerk] = self.limits[joint].map(f64::is_finite);
+            // What has no limit on its change may jump at a waypoint.
+            [x, if acceleration { v } else { 0.0 }, if jerk { a } else { 0.0 }]
+        };
+        let [enter, leave] = [
+            if segment > 0 { price(segment) } else { [0.0; 3] },
+            if last { [0.0; 3] } else { price(segment + 1) },
+        ];
+        // Deviations count from the middles of rooms.
+        let rooms = [segment, segment + 1].map(|at| self.rooms.of(at, joint));
+        let [from, to] = rooms.map(|[lower, upper]| 0.5 * (lower + upper));
+        let case = Case {
+            duration: 0.0,
+            way: self.ways[segment][joint] + to - from,
+            limits: self.limits[joint],
+            enter: [enter[1], enter[2]],
+            leave: [leave[1], leave[2]],
+            from_rest: segment == 0,
+            rooms: rooms.map(|[lower, upper]| 0.5 * (upper - lower)),
+            positions: [enter[0], leave[0]],
+        };
+        if last && segment > 0 { case.backwards() } else { case }
+    }
 }
 
 /// The payment of all joints for one segment, bounded below by minorants.
 struct Payment<'a> {
     /// One per joint.
     cases: &'a [Case],
+    /// Good for the shortest durations, where these are none at all.
+    near: Option<Near>,
     /// By duration.
     minorants: Vec<Minorant>,
     /// Shortest and longest duration.
@@ -152,23 +177,33 @@ impl Payment<'_> {
         let outer = |near: &Minorant, end: f64| {
             (near.at(end).min(near.at(near.duration)), (end * near.duration).sqrt())
         };
-        let mut all = vec![outer(first, self.range[0])];
-        all.extend(self.minorants.windows(2).map(|pair| between(&pair[0], &pair[1])));
+        let mut all = vec![match &self.near {
+            Some(near) => between([self.range[0], first.duration], |h| near.at(h), |h| first.at(h)),
+            None => outer(first, self.range[0]),
+        }];
+        all.extend(self.minorants.windows(2).map(|pair| {
+            let [low, high] = [&pair[0], &pair[1]];
+            between([low.duration, high.duration], |h| low.at(h), |h| high.at(h))
+        }));
         all.push(outer(last, self.range[1]));
         all
     }
 }
 
-/// A lower bound between the durations of two minorants, and where they cross.
-fn between(low: &Minorant, high: &Minorant) -> (f64, f64) {
-    let (mut from, mut to) = (low.duration, high.duration);
+/// A lower bound between two durations from two that are concave, and where these cross.
+fn between(
+    [shortest, longest]: [f64; 2],
+    low: impl Fn(f64) -> f64,
+    high: impl Fn(f64) -> f64,
+) -> (f64, f64) {
+    let (mut from, mut to) = (shortest, longest);
     for _ in 0..HALVINGS {
         let middle = 0.5 * (from + to);
-        if low.at(middle) > high.at(middle) { from = middle } else { to = middle }
+        if low(middle) > high(middle) { from = middle } else { to = middle }
     }
     // Left of `from` we take one, right of it the other. Each is concave there, so that its least
     // value is at an end.
-    let left = low.at(low.duration).min(low.at(from));
-    let right = high.at(from).min(high.at(high.duration));
+    let left = low(shortest).min(low(from));
+    let right = high(from).min(high(longest));
     (left.min(right), 0.5 * (from + to))
 }

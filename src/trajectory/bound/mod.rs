@@ -15,6 +15,7 @@ use decomposition::decomposed;
 
 use super::limits::JointBounds;
 use super::rest_to_rest::alone;
+use super::rooms::Rooms;
 
 /// By how much rounding may lift a closed form above the duration of a trajectory that attains it.
 const ROUNDING: f64 = 1e-12;
@@ -36,6 +37,7 @@ impl LowerBound {
     pub fn elementary(
         waypoints: &[Vec<f64>],
         limits: &[JointBounds],
+        rooms: Rooms,
         rests: [bool; 2],
     ) -> Option<Self> {
         let method = match rests {
@@ -47,7 +49,7 @@ impl LowerBound {
                 "way over speed limit, with a ramp within acceleration and jerk at the end at rest"
             }
         };
-        Self::new(elementary(waypoints, limits, rests) * (1.0 - ROUNDING), method)
+        Self::new(elementary(waypoints, limits, rooms, rests) * (1.0 - ROUNDING), method)
     }
 
     /// The better of the elementary bound and `lower`, which [`lower_bound`] found or, between
@@ -55,6 +57,7 @@ impl LowerBound {
     pub fn proven(
         waypoints: &[Vec<f64>],
         limits: &[JointBounds],
+        rooms: Rooms,
         rests: [bool; 2],
         lower: f64,
     ) -> Option<Self> {
@@ -63,7 +66,7 @@ impl LowerBound {
             (2, _) => "the shortest duration that every joint can have between the two states",
             _ => "segments priced by the states they share (docs/BOUND.md)",
         };
-        let elementary = Self::elementary(waypoints, limits, rests);
+        let elementary = Self::elementary(waypoints, limits, rooms, rests);
         elementary.filter(|bound| bound.lower > lower).or_else(|| Self::new(lower, method))
     }
 
@@ -79,13 +82,14 @@ impl LowerBound {
     }
 }
 
-/// A duration in s below which no trajectory from rest to rest along `ways[segment][joint]` is lawful, given
-/// the durations of one that is, and prices of its states (see [`decomposition`]). Zero if nothing is known.
+/// A duration in s below which no trajectory from rest to rest along `ways[segment][joint]`, which may miss waypoints
+/// within `rooms`, is lawful, given the durations of one that is, and prices of its states (see [`decomposition`]). Zero if nothing is known.
 ///
 /// `limits` are of velocity, acceleration and jerk, infinite where there is none.
 pub fn lower_bound(
     ways: &[Vec<f64>],
     limits: &[[f64; 3]],
+    rooms: Rooms,
     durations: &[f64],
     prices: &Prices,
 ) -> f64 {
@@ -95,17 +99,34 @@ pub fn lower_bound(
             let times = way.iter().zip(limits).map(|(way, limit)| alone(*way, *limit));
             times.fold(0.0, f64::max) * (1.0 - ROUNDING)
         }
-        ways => decomposed(ways, limits, durations, prices),
+        ways => decomposed(ways, limits, rooms, durations, prices).max(direct(ways, limits, rooms)),
     };
     if lower > 0.0 { lower } else { 0.0 }
+}
+
+/// The slowest joint's optimum from the first waypoint straight to the last one, s; worth looking at where there is so much
+/// room that nothing else may be left.
+fn direct(ways: &[Vec<f64>], limits: &[[f64; 3]], rooms: Rooms) -> f64 {
+    if rooms.are_none() {
+        return 0.0;
+    }
+    let of =
+        |(joint, limit): (usize, &[f64; 3])| alone(ways.iter().map(|row| row[joint]).sum(), *limit);
+    limits.iter().enumerate().map(of).fold(0.0, f64::max) * (1.0 - ROUNDING)
 }
 
 /// A bound from the length of the ways alone, s.
 ///
 /// Every segment lasts at least as long as its slowest joint needs with the speed it
 /// can have reached, and the whole at least as long as any joint needs for its way
-/// from rest to rest, whatever the curve. An end that does not rest has no ramp.
-fn elementary(waypoints: &[Vec<f64>], limits: &[JointBounds], rests: [bool; 2]) -> f64 {
+/// from rest to rest, whatever the curve. An end that does not rest has no ramp. Ways lead from one room to
+/// the next, where there are some.
+fn elementary(
+    waypoints: &[Vec<f64>],
+    limits: &[JointBounds],
+    rooms: Rooms,
+    rests: [bool; 2],
+) -> f64 {
     let segments = waypoints.len() - 1;
     let [first, last] = rests.map(usize::from);
     let mut by_segments = 0.0;
@@ -114,7 +135,9 @@ fn elementary(waypoints: &[Vec<f64>], limits: &[JointBounds], rests: [bool; 2]) 
         let ramps = first * usize::from(segment == 0) + last * usize::from(segment + 1 == segments);
         let mut longest = 0.0f64;
         for (joint, limit) in limits.iter().enumerate() {
-            let way = (waypoints[segment + 1][joint] - waypoints[segment][joint]).abs();
+            let way = waypoints[segment + 1][joint] - waypoints[segment][joint];
+            let [from, to] = [segment, segment + 1].map(|at| rooms.of(at, joint));
+            let way = (way + to[0] - from[1]).max(-(way + to[1] - from[0])).max(0.0);
             ways[joint] += way;
             longest = longest.max(shortest(way, limit, ramps));
         }
@@ -173,11 +196,13 @@ mod tests {
     #[test]
     fn is_exact_from_rest_to_rest() {
         let waypoints = |way: f64| [vec![0.0], vec![way]];
-        let bound = |way: f64| elementary(&waypoints(way), &[joint(2.0, 4.0)], [true; 2]);
+        let bound =
+            |way: f64| elementary(&waypoints(way), &[joint(2.0, 4.0)], Rooms::none(), [true; 2]);
         assert_eq!(bound(4.0), 2.5);
         assert_eq!(bound(0.25), 0.5);
-        let proven =
-            |way: f64| LowerBound::elementary(&waypoints(way), &[joint(2.0, 4.0)], [true; 2]);
+        let proven = |way: f64| {
+            LowerBound::elementary(&waypoints(way), &[joint(2.0, 4.0)], Rooms::none(), [true; 2])
+        };
         assert_eq!(proven(0.0), None);
         let lower = proven(4.0).map(|b| b.lower);
         assert!(lower.is_some_and(|lower| (2.5 - 1e-11..2.5).contains(&lower)), "{lower:?}");
@@ -189,7 +214,7 @@ mod tests {
         let mut joint = joint(2.0, 4.0);
         joint.derivatives = [None, None, Some(Limit { value: 3.0, provenance: String::new() })];
         let waypoints = [vec![0.0], vec![1.0], vec![0.0]];
-        let bound = elementary(&waypoints, &[joint], [true; 2]);
+        let bound = elementary(&waypoints, &[joint], Rooms::none(), [true; 2]);
         // The whole way of 2 in one go from rest to rest: cbrt(24 · 2 / 3); the optimum takes cbrt(32 · 2 / 3).
         assert!((bound - libm::cbrt(16.0)).abs() < 1e-12, "{bound}");
     }

@@ -44,6 +44,10 @@ pub struct Case {
     pub leave: [f64; 2],
     /// Whether the joint starts at rest: then `enter` does not count.
     pub from_rest: bool,
+    /// By how much the position may deviate to either side at the start and at the end, rad or m.
+    pub rooms: [f64; 2],
+    /// What a deviation costs at the start and gives back at the end, s per rad or m.
+    pub positions: [f64; 2],
 }
 
 impl Case {
@@ -52,16 +56,56 @@ impl Case {
     pub fn backwards(&self) -> Self {
         let [v, a] = self.enter;
         let (way, enter, leave) = (-self.way, [0.0; 2], [v, -a]);
-        Self { way, enter, leave, from_rest: true, ..*self }
+        let rooms = [self.rooms[1], self.rooms[0]];
+        let positions = [-self.positions[1], -self.positions[0]];
+        Self { way, enter, leave, from_rest: true, rooms, positions, ..*self }
     }
 }
 
+/// What the way of a joint with room adds: `l D - R |p - l| - R' |l - p'|`, where the multiplier `l` of the way scales
+/// with the inverse of time. It is the least of four straight lines in `1 / r`.
+#[derive(Clone, Copy, Debug)]
+struct Turn {
+    /// `[constant, factor of 1 / r]` of each.
+    lines: [[f64; 2]; 4],
+}
+
+impl Turn {
+    /// `slope` is the multiplier at the minorant's own duration, s per rad or m.
+    fn new(case: &Case, slope: f64) -> Self {
+        let Case { way, rooms, positions, .. } = case;
+        let line = |signs: [f64; 2]| {
+            let [from, to] = [signs[0] * rooms[0], signs[1] * rooms[1]];
+            [from * positions[0] - to * positions[1], (way - from + to) * slope]
+        };
+        Self { lines: [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]].map(line) }
+    }
+
+    /// Not above what it adds, and concave in `r`; equal to it at one.
+    fn at(&self, r: f64) -> f64 {
+        self.lines
+            .iter()
+            .map(|[fixed, factor]| fixed + factor * inverse(*factor, r))
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    fn size(&self) -> f64 {
+        self.lines.iter().flatten().map(|value| value.abs()).sum()
+    }
+}
+
+/// What stands for `1 / r` so that its multiple by `factor` is concave in `r` and no larger. Where it is convex its tangent
+/// at one is below, so that between two durations the least value is at one of them.
+fn inverse(factor: f64, r: f64) -> f64 {
+    if factor >= 0.0 { 2.0 - r } else { 1.0 / r }
+}
+
 /// A lower bound on the payment for any duration `h = r h0`, good near the one it was made for:
-/// `fixed + linear r + inverse / r - square r² - kink |r - 1|`.
+/// `fixed + linear r + inverse / r - square r² - kink |r - 1|`, with more terms in `1 / r` where there is room.
 ///
 /// The multipliers of the way, of velocity, of acceleration and of jerk limits stay the same in units that scale
 /// with `h`; only prices on acceleration do not fit any more, by `kink`.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Minorant {
     /// The duration `h0` for which it was made, s.
     pub duration: f64,
@@ -70,6 +114,7 @@ pub struct Minorant {
     inverse: f64,
     square: f64,
     kink: f64,
+    turns: Vec<Turn>,
     /// Sum of the magnitudes of all parts: what rounding is relative to where they cancel.
     size: f64,
 }
@@ -88,6 +133,7 @@ impl Minorant {
             sum.inverse += joint.inverse;
             sum.square += joint.square;
             sum.kink += joint.kink;
+            sum.turns.extend_from_slice(&joint.turns);
             sum.size += joint.size;
         }
         sum
@@ -96,12 +142,11 @@ impl Minorant {
     /// The bound at a duration.
     pub fn at(&self, duration: f64) -> f64 {
         let r = duration / self.duration;
-        // Convex in r: its tangent is below, and concave with the rest, so that between
-        // two durations the least value is at one of them.
-        let inverse = if self.inverse >= 0.0 { 2.0 - r } else { 1.0 / r };
-        self.fixed + self.linear * r + self.inverse * inverse
+        let turns: f64 = self.turns.iter().map(|turn| turn.at(r)).sum();
+        self.fixed + self.linear * r + self.inverse * inverse(self.inverse, r)
             - self.square * r * r
             - self.kink * (r - 1.0).abs()
+            + turns
             - ROUNDING * self.size * (r * r).max(1.0 / r).max(1.0)
     }
 
@@ -135,7 +180,50 @@ fn scaled(cases: &[Case]) -> Scaled {
         way: each(&|c| c.way / (t(c) * c.limits[0])),
         enter: [0, 1].map(|e| each(&|c| price(c, c.enter, e))),
         leave: [0, 1].map(|e| each(&|c| price(c, c.leave, e))),
+        rooms: [0, 1].map(|side| each(&|c| c.rooms[side] / (t(c) * c.limits[0]))),
+        positions: [0, 1]
+            .map(|side| each(&|c| c.positions[side] * (t(c) * c.limits[0]) / c.duration)),
         from_rest: each(&|c| f64::from(u8::from(c.from_rest))),
+    }
+}
+
+/// A lower bound on the payment of all joints, a straight line over durations: good for the shortest where deviations can
+/// make up for all ways.
+#[derive(Clone, Copy, Debug)]
+pub struct Near {
+    fixed: f64,
+    slope: f64,
+}
+
+impl Near {
+    /// That of `cases`, by any duration.
+    ///
+    /// The state at the end is nearly that at the start: velocity differs by at most `A h`, acceleration by `J h`, and the positions
+    /// by `V h`, each times its price. For the position that is any slope `l` in
+    /// `l (D + e' - e) = l times the integral of velocity`.
+    pub fn new(cases: &[Case]) -> Self {
+        let (mut fixed, mut slope, mut size) = (0.0, 1.0, 0.0);
+        // A price of zero also where there is no limit.
+        let most = |price: f64, limit: f64| if price == 0.0 { 0.0 } else { price.abs() * limit };
+        for Case { way, limits, enter, leave, from_rest, rooms, positions, .. } in cases {
+            let lost = (positions[0] - positions[1]).abs();
+            let by_enter = positions[0] * way - rooms[1] * lost;
+            let by_leave = positions[1] * way - rooms[0] * lost;
+            let price = if by_enter > by_leave { positions[0] } else { positions[1] };
+            let turns =
+                |e: usize| if *from_rest { 0.0 } else { most(enter[e] - leave[e], limits[e]) };
+            let parts = [by_enter.max(by_leave), -turns(0), -turns(1)];
+            fixed += parts.iter().sum::<f64>();
+            slope -= most(price, limits[0]) + most(leave[0], limits[1]) + most(leave[1], limits[2]);
+            size += parts.iter().map(|part| part.abs()).sum::<f64>()
+                + (lost + price.abs()) * (way.abs() + rooms[0] + rooms[1]);
+        }
+        Self { fixed: fixed - ROUNDING * size, slope: slope - ROUNDING * slope.abs() }
+    }
+
+    /// The bound at a duration.
+    pub fn at(&self, duration: f64) -> f64 {
+        self.fixed + self.slope * duration
     }
 }
 
@@ -147,13 +235,13 @@ pub fn minorants(cases: &[Case]) -> Vec<Minorant> {
         let scaled = scaled(chunk);
         let values = arch.dispatch(Solve(&scaled, chunk.len()));
         for (lane, case) in chunk.iter().enumerate() {
-            let [lambda, velocity, acceleration, jerk] = values.map(|v| v.0[lane]);
+            let [by_way, velocity, acceleration, jerk, lambda] = values.map(|v| v.0[lane]);
             let h = case.duration;
             let entered = if case.from_rest { 0.0 } else { case.enter[1].abs() };
             let mut minorant = Minorant {
                 duration: h,
                 fixed: -h * velocity,
-                inverse: h * lambda,
+                inverse: h * by_way,
                 ..Minorant::default()
             };
             // What stands for a limit that does not exist scales as the next that does.
@@ -166,7 +254,13 @@ pub fn minorants(cases: &[Case]) -> Vec<Minorant> {
             } else {
                 *slower -= h * jerk;
             }
-            minorant.size = minorant.fixed.abs()
+            if case.rooms != [0.0; 2] {
+                // The multiplier's unit is the duration for a cell's way at full speed.
+                let slope = lambda * CELLS as f64 / case.limits[0];
+                (minorant.inverse, minorant.turns) = (0.0, vec![Turn::new(case, slope)]);
+            }
+            minorant.size = minorant.turns.iter().map(Turn::size).sum::<f64>()
+                + minorant.fixed.abs()
                 + minorant.linear.abs()
                 + minorant.inverse.abs()
                 + minorant.square;
@@ -180,6 +274,20 @@ pub fn minorants(cases: &[Case]) -> Vec<Minorant> {
 mod tests {
     use super::*;
     use crate::math::random::RandomStream;
+
+    /// Nothing but a duration.
+    fn none(duration: f64) -> Case {
+        Case {
+            duration,
+            way: 0.0,
+            limits: [1.0; 3],
+            enter: [0.0; 2],
+            leave: [0.0; 2],
+            from_rest: false,
+            rooms: [0.0; 2],
+            positions: [0.0; 2],
+        }
+    }
 
     /// A random lawful curve: states at its ends, way and duration. Jerk is piecewise constant; the
     /// whole curve is scaled so that it just keeps `limits`.
@@ -243,7 +351,7 @@ mod tests {
             let (limits, [enter, leave]) = draw(&mut random);
             let (start, end, way, duration) = curve(&mut random, limits, from_rest);
             let stretch = 2f64.powf(random.uniform(-1.0, 1.0));
-            let case = Case { duration, way, limits, enter, leave, from_rest };
+            let case = Case { way, limits, enter, leave, from_rest, ..none(duration) };
             let made = [
                 case,
                 Case { duration: duration * stretch, ..case },
@@ -272,14 +380,8 @@ mod tests {
     fn the_bound_is_tight_where_the_optimum_is_known() {
         let (h, jerk) = (0.5, 8.0);
         let way = jerk * h * h * h / 6.0;
-        let case = Case {
-            duration: h,
-            way,
-            limits: [10.0, 50.0, jerk],
-            enter: [0.0; 2],
-            leave: [1.0, 0.0],
-            from_rest: true,
-        };
+        let limits = [10.0, 50.0, jerk];
+        let case = Case { way, limits, leave: [1.0, 0.0], from_rest: true, ..none(h) };
         let bound = minorants(&[case])[0].at(h);
         let optimum = -jerk * h * h / 2.0;
         assert!(bound <= optimum && bound > 1.01 * optimum, "{bound}, optimum {optimum}");
@@ -292,14 +394,8 @@ mod tests {
     /// Where no lawful curve exists the bound rises without end, so that prices prove it.
     #[test]
     fn impossible_durations_cost_more_than_any_gain() {
-        let case = Case {
-            duration: 1.0,
-            way: 1.5,
-            limits: [2.0, 3.0, 10.0],
-            enter: [0.0; 2],
-            leave: [0.1, 0.0],
-            from_rest: true,
-        };
+        let limits = [2.0, 3.0, 10.0];
+        let case = Case { way: 1.5, limits, leave: [0.1, 0.0], from_rest: true, ..none(1.0) };
         let bounds = minorants(&[case, Case { duration: 1.6, ..case }]);
         assert!(bounds[0].at(1.0) > 1.0, "{}", bounds[0].at(1.0));
         assert!(bounds[1].at(1.6) < 0.0, "{}", bounds[1].at(1.6));

@@ -66,6 +66,9 @@ struct Point {
     z: [[[Lanes; 2]; 3]; STEPS + 1],
     /// Multiplier of the way.
     lambda: Lanes,
+    /// Deviations at the start and at the end, and multipliers of `y <= room` and `-y <= room`.
+    deviations: [Lanes; 2],
+    bounds: [[Lanes; 2]; 2],
 }
 
 /// Whether a limit counts: there is no step before the start, and the last leaves velocity as it is.
@@ -82,25 +85,30 @@ pub struct Scaled {
     /// Prices of velocity and acceleration at the start and the end.
     pub enter: [Lanes; 2],
     pub leave: [Lanes; 2],
+    /// By how much the position may deviate at the start and at the end, and its prices there.
+    pub rooms: [Lanes; 2],
+    pub positions: [Lanes; 2],
     /// One where the start is at rest, else zero.
     pub from_rest: Lanes,
 }
 
 /// Solves eight cases; returns `lambda D`, and what the limits of velocity, acceleration and
-/// jerk take from it, all in units of the duration.
+/// jerk take from it, all in units of the duration, and `lambda`.
 pub struct Solve<'a>(pub &'a Scaled, pub usize);
 
 impl WithSimd for Solve<'_> {
-    type Output = [Lanes; 4];
+    type Output = [Lanes; 5];
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> [Lanes; 4] {
+    fn with_simd<S: Simd>(self, simd: S) -> [Lanes; 5] {
         let Self(scaled, used) = self;
-        let mut found = [Lanes::ZERO; 4];
+        let mut found = [Lanes::ZERO; 5];
         let mut point = Point {
             y: [[Lanes::ZERO; 3]; STEPS + 1],
             z: [[[Lanes::ZERO; 2]; 3]; STEPS + 1],
             lambda: Lanes::ZERO,
+            deviations: [Lanes::ZERO; 2],
+            bounds: [[Lanes::ZERO; 2]; 2],
         };
         for part in 0..registers::<S>(used) {
             let programme = Programme::load(simd, scaled, part);
@@ -122,6 +130,11 @@ struct Programme<S: Simd> {
     enter: [Vector<S>; 2],
     leave: [Vector<S>; 2],
     from_rest: Mask<S>,
+    rooms: [Vector<S>; 2],
+    /// Where there is room.
+    open: [Mask<S>; 2],
+    /// What a deviation at the start costs, and one at the end.
+    positions: [Vector<S>; 2],
 }
 
 /// What the forward pass needs of a step.
@@ -135,10 +148,15 @@ struct Gain<S: Simd> {
 /// Steps of `y`, by index and row.
 type Steps<S> = [[Vector<S>; 3]; STEPS + 1];
 
+/// Those, steps of the deviations, and the multiplier of the way.
+type Newton<S> = (Steps<S>, [Vector<S>; 2], Vector<S>);
+
 impl<S: Simd> Programme<S> {
     #[inline(always)]
     fn load(simd: S, scaled: &Scaled, part: usize) -> Self {
         let load = |lanes: &Lanes| Vector::load(simd, lanes, part);
+        let zero = Vector::splat(simd, 0.0);
+        let rooms = [load(&scaled.rooms[0]), load(&scaled.rooms[1])];
         Self {
             simd,
             part,
@@ -148,6 +166,9 @@ impl<S: Simd> Programme<S> {
             enter: [load(&scaled.enter[0]), load(&scaled.enter[1])],
             leave: [load(&scaled.leave[0]), load(&scaled.leave[1])],
             from_rest: Vector::splat(simd, 0.5).below(load(&scaled.from_rest)),
+            rooms,
+            open: rooms.map(|room| zero.below(room)),
+            positions: [load(&scaled.positions[0]), zero - load(&scaled.positions[1])],
         }
     }
 
@@ -174,7 +195,7 @@ impl<S: Simd> Programme<S> {
     /// The best of what the multipliers of all iterations prove: where no curve is
     /// lawful they have no end.
     #[inline(always)]
-    fn solve(&self, point: &mut Point) -> [Vector<S>; 4] {
+    fn solve(&self, point: &mut Point) -> [Vector<S>; 5] {
         for index in 0..=STEPS {
             for row in 0..3 {
                 self.splat(0.0).store(&mut point.y[index][row], self.part);
@@ -183,15 +204,25 @@ impl<S: Simd> Programme<S> {
                 z.store(&mut point.z[index][row][1], self.part);
             }
         }
+        for side in 0..2 {
+            self.splat(0.0).store(&mut point.deviations[side], self.part);
+            let z = self.splat(BARRIER) / self.open[side].select(self.rooms[side], self.splat(1.0));
+            for bound in &mut point.bounds[side] {
+                z.store(bound, self.part);
+            }
+        }
         let mut missing = self.way;
         let mut mu = BARRIER;
         let one = self.splat(1.0);
-        let total = |[way, v, a, j]: [Vector<S>; 4]| way - v - a - j;
+        let total =
+            |[way, v, a, j, lambda]: [Vector<S>; 5]| way - v - a - j - self.lost_in_rooms(lambda);
         let mut best = self.value(point);
         let most = self.splat(1.0)
             + self.leave[0].abs()
             + self.enter[0].abs()
-            + (self.leave[1].abs() + self.enter[1].abs()) * self.acceleration;
+            + (self.leave[1].abs() + self.enter[1].abs()) * self.acceleration
+            + self.positions[0].abs() * self.rooms[0]
+            + self.positions[1].abs() * self.rooms[1];
         for _ in 0..ITERATIONS {
             mu = (mu * FALL).max(LAST_BARRIER);
             let steps = self.newton(point, missing, mu);
@@ -220,9 +251,29 @@ impl<S: Simd> Programme<S> {
         [self.load_lanes(up) * upper + self.load_lanes(down) * lower, (upper - lower) * mu]
     }
 
+    /// What deviations take from `lambda D` at most.
+    #[inline(always)]
+    fn lost_in_rooms(&self, lambda: Vector<S>) -> Vector<S> {
+        let [enter, leave] = self.positions;
+        (enter - lambda).abs() * self.rooms[0] + (leave + lambda).abs() * self.rooms[1]
+    }
+
+    /// Inverse weight and slope of the barrier for a deviation; zero where there is no room.
+    #[inline(always)]
+    fn room(&self, point: &Point, side: usize, mu: f64) -> [Vector<S>; 2] {
+        let (zero, one) = (self.splat(0.0), self.splat(1.0));
+        let y = self.load_lanes(&point.deviations[side]);
+        let room = self.open[side].select(self.rooms[side], one);
+        let [up, down] = &point.bounds[side];
+        let [upper, lower] = [one / (room - y), one / (room + y)];
+        let weight = self.load_lanes(up) * upper + self.load_lanes(down) * lower;
+        let only = |value| self.open[side].select(value, zero);
+        [only(one / weight), only((upper - lower) * mu + self.positions[side])]
+    }
+
     /// The Newton step, and the multiplier of the way it leads to.
     #[inline(always)]
-    fn newton(&self, point: &Point, missing: Vector<S>, mu: f64) -> (Steps<S>, Vector<S>) {
+    fn newton(&self, point: &Point, missing: Vector<S>, mu: f64) -> Newton<S> {
         let zero = self.splat(0.0);
         let one = self.splat(1.0);
         let none = Gain { state: [zero; 2], known: zero, along: zero };
@@ -277,7 +328,13 @@ impl<S: Simd> Programme<S> {
         let (start, turn) = (solve(q), solve(l));
         m1 = m1 + l[0] * start[0] + l[1] * start[1];
         m2 = m2 + l[0] * turn[0] + l[1] * turn[1];
+        let [[give_enter, slope_enter], [give_leave, slope_leave]] =
+            [0, 1].map(|side| self.room(point, side, mu));
+        m1 = m1 + slope_enter * give_enter - slope_leave * give_leave;
+        m2 = m2 - give_enter - give_leave;
         let lambda = zero - (missing + m1) / m2;
+        let deviations =
+            [(lambda - slope_enter) * give_enter, (zero - lambda - slope_leave) * give_leave];
         let mut state = [start[0] + lambda * turn[0], start[1] + lambda * turn[1]];
         let mut steps = [[zero; 3]; STEPS + 1];
         steps[0] = [zero, state[1], state[0]];
@@ -289,7 +346,7 @@ impl<S: Simd> Programme<S> {
             state = [v, m];
             steps[k + 1] = [d, m, v];
         }
-        (steps, lambda)
+        (steps, deviations, lambda)
     }
 
     /// Moves as far as the limits allow. Returns what is still missing of the way.
@@ -297,7 +354,7 @@ impl<S: Simd> Programme<S> {
     fn advance(
         &self,
         point: &mut Point,
-        (steps, lambda): &(Steps<S>, Vector<S>),
+        (steps, deviations, lambda): &Newton<S>,
         missing: Vector<S>,
         mu: f64,
     ) -> Vector<S> {
@@ -323,6 +380,21 @@ impl<S: Simd> Programme<S> {
                 }
             }
         }
+        let mut turns = [[zero; 2]; 2];
+        for side in 0..2 {
+            let room = self.open[side].select(self.rooms[side], one);
+            let y = self.load_lanes(&point.deviations[side]);
+            for (bound, sign) in [(0, 1.0), (1, -1.0)] {
+                let inverse = one / (room - y * sign);
+                let share = deviations[side] * sign * inverse;
+                let z = self.load_lanes(&point.bounds[side][bound]);
+                let change = inverse * mu - z + z * share;
+                let only = |value| self.open[side].select(value, zero);
+                turns[side][bound] = only(change);
+                slack = slack.max(share);
+                price = price.max(only(zero - change / z));
+            }
+        }
         // Shares above one would pass a limit.
         let part = |largest: Vector<S>| (self.splat(NEAR) / largest).min(one);
         let (primal, dual) = (part(slack), part(price));
@@ -338,6 +410,13 @@ impl<S: Simd> Programme<S> {
                 }
             }
         }
+        for side in 0..2 {
+            let y = &mut point.deviations[side];
+            (self.load_lanes(y) + deviations[side] * primal).store(y, self.part);
+            for (z, change) in point.bounds[side].iter_mut().zip(turns[side]) {
+                (self.load_lanes(z) + change * dual).store(z, self.part);
+            }
+        }
         let old = self.load_lanes(&point.lambda);
         (old + (*lambda - old) * dual).store(&mut point.lambda, self.part);
         missing - missing * primal
@@ -345,7 +424,7 @@ impl<S: Simd> Programme<S> {
 
     /// What the multipliers prove, see [`Solve`].
     #[inline(always)]
-    fn value(&self, point: &Point) -> [Vector<S>; 4] {
+    fn value(&self, point: &Point) -> [Vector<S>; 5] {
         let zero = self.splat(0.0);
         let lambda = self.load_lanes(&point.lambda);
         let (mut velocity, mut acceleration, mut jerk) = (zero, zero, zero);
@@ -384,6 +463,7 @@ impl<S: Simd> Programme<S> {
         velocity = velocity + (size[0] + self.enter[0].abs()) * ROUNDING;
         acceleration = acceleration + (size[1] + self.enter[1].abs()) * ROUNDING;
         jerk = jerk + lost * ROUNDING;
-        [lambda * self.way, velocity, acceleration * self.acceleration, jerk * self.jerk]
+        let (acceleration, jerk) = (acceleration * self.acceleration, jerk * self.jerk);
+        [lambda * self.way, velocity, acceleration, jerk, lambda]
     }
 }

@@ -1,8 +1,8 @@
 //! A joint's chain of cells in registers: dynamics and limits.
 
-use crate::math::lanes::{Lanes, Simd, Vector};
+use crate::math::lanes::{Lanes, Mask, Simd, Vector};
 
-use super::problem::{Cell, Group, Iterate, Problem, speeds_of};
+use super::problem::{Berth, Cell, Group, Iterate, Problem, speeds_of};
 
 /// Inequalities of a cell: `J T ∓ d`, `A ∓ a'`, `V ∓ v'`, and `V ∓` the middle control
 /// point of velocity, all positive.
@@ -19,8 +19,8 @@ pub struct Limits<S: Simd> {
     pub smooth: Vector<S>,
     /// What a change of acceleration adds to the position, over `T²`, and to velocity, over `T`.
     pub change: [Vector<S>; 2],
-    /// Velocity and acceleration at the start.
-    start: [Vector<S>; 2],
+    /// Position since the first waypoint, velocity and acceleration at the start.
+    start: [Vector<S>; 3],
 }
 
 impl<S: Simd> Limits<S> {
@@ -34,7 +34,7 @@ impl<S: Simd> Limits<S> {
             real: load(&group.real),
             smooth,
             change: [half - smooth * (1.0 / 3.0), Vector::splat(simd, 1.0) - smooth * 0.5],
-            start: [load(&group.start[0]), load(&group.start[1])],
+            start: [load(&group.start[0]), load(&group.start[1]), load(&group.start[2])],
         }
     }
 }
@@ -52,6 +52,9 @@ pub struct Chain<'a, S: Simd> {
     pub limits: Limits<S>,
     durations: &'a [f64],
     at: &'a [Cell],
+    change: &'a [Lanes],
+    berths: &'a [Option<Berth>],
+    berth_multipliers: &'a [[Lanes; 2]],
     shares: &'a [Lanes],
     speeds: &'a [[Lanes; 2]],
 }
@@ -68,6 +71,7 @@ impl<'a, S: Simd> Chain<'a, S> {
     ) -> Self {
         let all = problem.segments * problem.cells;
         let own = group * all..(group + 1) * all;
+        let segments = group * problem.segments..(group + 1) * problem.segments;
         Self {
             simd,
             group,
@@ -77,8 +81,11 @@ impl<'a, S: Simd> Chain<'a, S> {
             limits: Limits::load(simd, &problem.groups[group], part),
             durations: &point.durations,
             at: &point.cells[own.clone()],
+            change: &problem.change[segments.clone()],
+            berths: &problem.berths[segments.clone()],
+            berth_multipliers: &point.berths[segments.clone()],
             shares: &problem.shares[own],
-            speeds: &problem.speeds[group * problem.segments..(group + 1) * problem.segments],
+            speeds: &problem.speeds[segments],
         }
     }
 
@@ -112,18 +119,37 @@ impl<'a, S: Simd> Chain<'a, S> {
         c + 1 != self.all() || !(4..6).contains(&row)
     }
 
+    /// Deviations where segment `i` ends; none if all joints meet the waypoint.
+    #[inline(always)]
+    pub fn room(&self, i: usize) -> Option<Room<S>> {
+        let Berth { open, bounds } = self.berths[i].as_ref()?;
+        let open = self.splat(0.5).below(self.load(open));
+        let deviation =
+            self.load(&self.at[(i + 1) * self.cells - 1].s[0]) - self.load(&self.change[i]);
+        let slack = [deviation - self.load(&bounds[0]), self.load(&bounds[1]) - deviation];
+        let (zero, one) = (self.splat(0.0), self.splat(1.0));
+        let [lower, upper] = &self.berth_multipliers[i];
+        Some(Room {
+            open,
+            slack: slack.map(|slack| open.select(slack, one)),
+            z: [lower, upper].map(|z| open.select(self.load(z), zero)),
+        })
+    }
+
     /// Cell `c`.
     #[inline(always)]
     pub fn view(&self, c: usize) -> View<S> {
-        let (v, a) = if c == 0 {
-            (self.limits.start[0], self.limits.start[1])
+        let [x, v, a] = if c == 0 {
+            self.limits.start
         } else {
-            (self.load(&self.at[c - 1].s[1]), self.load(&self.at[c - 1].s[2]))
+            let [x, v, a] = &self.at[c - 1].s;
+            [self.load(x), self.load(v), self.load(a)]
         };
-        let x = if c.is_multiple_of(self.cells) {
-            self.splat(0.0)
+        // From the waypoint on positions count from there: what is left is the deviation, if any.
+        let x = if c > 0 && c.is_multiple_of(self.cells) {
+            x - self.load(&self.change[c / self.cells - 1])
         } else {
-            self.load(&self.at[c - 1].s[0])
+            x
         };
         let [x1, v1, a1] = &self.at[c].s;
         let end = [self.load(x1), self.load(v1), self.load(a1)];
@@ -140,6 +166,16 @@ impl<'a, S: Simd> Chain<'a, S> {
         let speeds = [self.load(at_end), self.load(inside)];
         View { share, t, d: end[2] - a, x, v, a, end, middle, room, speeds }
     }
+}
+
+/// Deviations from a waypoint and their bounds.
+pub struct Room<S: Simd> {
+    /// Which joints may deviate.
+    pub open: Mask<S>,
+    /// From the lower bound and to the upper one; one where nothing may deviate.
+    pub slack: [Vector<S>; 2],
+    /// Multipliers of both.
+    pub z: [Vector<S>; 2],
 }
 
 /// A cell's quantities.

@@ -15,9 +15,10 @@ use pulp::{Arch, WithSimd};
 use crate::math::lanes::{Lanes, Simd, WIDTH, registers};
 
 use super::chain::Chain;
-use super::newton::{Residuals, Work, backward};
+use super::newton::backward;
 use super::problem::{Iterate, Problem};
 use super::step::{Outlook, Trial, forward, trial};
+use super::work::{Residuals, Work};
 
 /// How a programme is solved.
 #[derive(Clone, Copy, Debug)]
@@ -57,7 +58,7 @@ const HALVINGS: [usize; 2] = [8, 30];
 #[derive(Clone, Debug)]
 pub struct Outcome {
     /// The Lagrangian's slopes at the end, see [`Work::prices`].
-    pub prices: Vec<[Lanes; 2]>,
+    pub prices: Vec<[Lanes; 3]>,
     /// Newton steps taken.
     pub iterations: usize,
     /// Whether the last barrier problem was solved.
@@ -110,7 +111,7 @@ impl WithSimd for Compare<'_> {
         let Self(problem, point, work, group) = self;
         let mut all = Trial::default();
         for part in 0..registers::<S>(problem.groups[group].used) {
-            let one = trial(&Chain::new(simd, problem, point, group, part), &work.inverses);
+            let one = trial(&Chain::new(simd, problem, point, group, part), work);
             all.sum += one.sum;
             all.lost = all.lost.max(one.lost);
             all.logarithms += one.logarithms;
@@ -190,13 +191,15 @@ fn advance(
     let steps = old.cells.iter().zip(&work.steps);
     for (index, (new, (old, step))) in new.cells.iter_mut().zip(steps).enumerate() {
         let c = index % all;
-        // Positions at waypoints are given, and so is rest at the goal, but for acceleration
-        // that may jump.
+        // Positions at waypoints are given where there is no room, and so is rest at the goal, but
+        // for acceleration that may jump.
         let goal = c + 1 == all;
-        for e in 0..2 {
-            let given = if e == 0 { (c + 1).is_multiple_of(k) } else { goal };
-            new.s[e] = if given { old.s[e] } else { old.s[e] + step.s[e] * primal };
-        }
+        new.s[0] = match (&problem.berths[index / k], (c + 1).is_multiple_of(k)) {
+            (_, false) => old.s[0] + step.s[0] * primal,
+            (Some(berth), true) => old.s[0] + step.s[0] * primal * berth.open,
+            (None, true) => old.s[0],
+        };
+        new.s[1] = if goal { old.s[1] } else { old.s[1] + step.s[1] * primal };
         let mut change = step.s[2] * primal;
         if goal {
             change = change * (Lanes([1.0; WIDTH]) - problem.groups[index / all].smooth);
@@ -204,6 +207,11 @@ fn advance(
         new.s[2] = old.s[2] + change;
         for (new, (old, step)) in new.z.iter_mut().zip(old.z.iter().zip(&step.z)) {
             *new = *old + *step * dual;
+        }
+    }
+    for (new, (old, step)) in new.berths.iter_mut().zip(old.berths.iter().zip(&work.berths)) {
+        for side in 0..2 {
+            new[side] = old[side] + step[side] * dual;
         }
     }
     for (i, step) in work.durations.iter().enumerate() {

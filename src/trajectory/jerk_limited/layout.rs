@@ -5,11 +5,11 @@
 //! however far the limits are apart.
 
 use crate::math::lanes::{Lanes, WIDTH};
-use crate::trajectory::Ends;
 use crate::trajectory::kernel::KernelLimits;
 use crate::trajectory::rest_to_rest::quintic;
 
-use super::problem::{Cell, FREE, Group, Iterate, Problem};
+use super::berths;
+use super::problem::{Cell, FREE, Group, Iterate, Problem, Window};
 use super::profile::{Motion, Phase};
 use super::speeds::Bounds;
 
@@ -102,16 +102,11 @@ pub fn effective(ways: &[Vec<f64>], limits: &[KernelLimits]) -> Vec<KernelLimits
 }
 
 /// A problem with `cells` cells per segment, and a point inside its limits.
-///
-pub fn pose(
-    ways: &[Vec<f64>],
-    limits: Bounds,
-    ends: &Ends,
-    cells: usize,
-    mu: f64,
-) -> (Problem, Iterate, Units) {
-    let durations = quintics(ways, limits);
-    let units = Units::new(ways, &limits, &durations);
+pub fn pose(window: &Window, cells: usize, mu: f64) -> (Problem, Iterate, Units) {
+    let Window { ways, limits, ends, .. } = *window;
+    let between = window.between_middles();
+    let durations = quintics(&between, limits);
+    let units = Units::new(&between, &limits, &durations);
     let (segments, dof) = (ways.len(), limits.len());
     let groups: Vec<Group> = (0..dof.div_ceil(WIDTH))
         .map(|group| {
@@ -121,7 +116,7 @@ pub fn pose(
                 real: Lanes::ZERO,
                 limits: [Lanes([1.0; WIDTH]); 3],
                 smooth: Lanes([1.0; WIDTH]),
-                start: [Lanes::ZERO; 2],
+                start: [Lanes::ZERO; 3],
                 goal: [Lanes::ZERO; 2],
             };
             for lane in 0..used {
@@ -132,8 +127,9 @@ pub fn pose(
                     limit.0[lane] = value;
                 }
                 let speed = units.time / units.length[joint];
+                g.start[0].0[lane] = window.from[joint] / units.length[joint];
                 for (end, [v, a]) in
-                    [(&mut g.start, ends.start[joint]), (&mut g.goal, ends.goal[joint])]
+                    [(&mut g.start[1..], ends.start[joint]), (&mut g.goal[..], ends.goal[joint])]
                 {
                     end[0].0[lane] = v * speed;
                     end[1].0[lane] = a * speed * units.time;
@@ -163,7 +159,8 @@ pub fn pose(
         }
     }
     let speeds = speeds(limits, &groups, segments, &units);
-    let problem = Problem { segments, cells, groups, change, speeds, shares };
+    let berths = berths::berths(window, groups.len(), &units);
+    let problem = Problem { segments, cells, groups, change, berths, speeds, shares };
     let durations: Vec<f64> = durations.iter().map(|h| (h / units.time).max(1e-6) * EASE).collect();
     let point = start(&problem, durations, mu);
     (problem, point, units)
@@ -233,18 +230,25 @@ fn start(problem: &Problem, durations: Vec<f64>, mu: f64) -> Iterate {
     let mut cells = Vec::with_capacity(problem.shares.len());
     for group in 0..problem.groups.len() {
         for (segment, h) in durations.iter().enumerate() {
-            let way = problem.change[group * n + segment];
+            let from = if segment == 0 {
+                problem.groups[group].start[0]
+            } else {
+                berths::middle(problem, group, segment - 1)
+            };
+            let to = problem.change[group * n + segment] + berths::middle(problem, group, segment);
             let mut passed = Lanes::ZERO;
             for q in 0..k {
                 passed = passed + problem.shares[(group * n + segment) * k + q];
                 let mut cell = Cell::ZERO;
                 if q + 1 == k {
-                    cell.s[0] = way;
+                    cell.s[0] = to;
                 } else {
                     for lane in 0..WIDTH {
-                        let (u, way) = (passed.0[lane], way.0[lane]);
+                        let (u, from) = (passed.0[lane], from.0[lane]);
+                        let way = to.0[lane] - from;
                         let (u2, u3) = (u * u, u * u * u);
-                        cell.s[0].0[lane] = way * (10.0 * u3 - 15.0 * u2 * u2 + 6.0 * u3 * u2);
+                        cell.s[0].0[lane] =
+                            from + way * (10.0 * u3 - 15.0 * u2 * u2 + 6.0 * u3 * u2);
                         cell.s[1].0[lane] = way * ((30.0 * u2 - 60.0 * u3 + 30.0 * u2 * u2) / h);
                         cell.s[2].0[lane] = way * ((60.0 * u - 180.0 * u2 + 120.0 * u3) / (h * h));
                     }
@@ -260,6 +264,7 @@ fn start(problem: &Problem, durations: Vec<f64>, mu: f64) -> Iterate {
         durations,
         cells,
         lambda: vec![Lanes::ZERO; problem.groups.len() * n],
+        berths: vec![[Lanes::ZERO; 2]; problem.groups.len() * n],
         goal: vec![[Lanes::ZERO; 2]; problem.groups.len()],
     };
     ease_in(problem, &mut point);
@@ -267,7 +272,7 @@ fn start(problem: &Problem, durations: Vec<f64>, mu: f64) -> Iterate {
     point
 }
 
-/// Makes the first segments of `point` follow `guess`, slowed down until all limits are kept.
+/// Makes the first segments of `point` follow `guess`, which may be shorter or longer, slowed down until all limits are kept.
 /// False, and `point` of no use, if they cannot be.
 pub fn follow(
     problem: &Problem,
@@ -281,7 +286,7 @@ pub fn follow(
     let mut slower = 1.0;
     for _ in 0..6 {
         slower *= EASE;
-        for (segment, duration) in guess.durations.iter().enumerate() {
+        for (segment, duration) in guess.durations.iter().take(problem.segments).enumerate() {
             point.durations[segment] = duration * slower / units.time;
             for (joint, phases) in guess.phases.iter().enumerate() {
                 let (group, lane) = (joint / WIDTH, joint % WIDTH);
@@ -293,6 +298,11 @@ pub fn follow(
                     let cell = &mut point.cells[group * all + segment * k + q];
                     if q + 1 < k {
                         cell.s[0].0[lane] = x / units.length[joint];
+                    } else {
+                        let next = phases.get(segment + 1).and_then(|phases| phases.first());
+                        let miss = next.map_or(0.0, |phase| phase.state[0] / units.length[joint]);
+                        let index = group * problem.segments + segment;
+                        cell.s[0].0[lane] = berths::end_near(problem, index, lane, miss);
                     }
                     if segment * k + q + 1 < all {
                         cell.s[1].0[lane] = v * speed;
@@ -343,7 +353,7 @@ fn coasting(problem: &Problem, segment: usize, at_goal: bool) -> f64 {
     for _ in 0..COASTING {
         let (mut along, mut speed) = (0.0, 0.0);
         for (group, g) in problem.groups.iter().enumerate() {
-            let [v, a] = if at_goal { g.goal } else { g.start };
+            let [v, a] = if at_goal { g.goal } else { [g.start[1], g.start[2]] };
             let half = if at_goal { -0.5 * h } else { 0.5 * h };
             for lane in 0..g.used {
                 // The mean velocity, by joint compared with the greatest.
@@ -370,7 +380,7 @@ fn run(problem: &Problem, point: &mut Iterate, segment: usize, at_goal: bool) {
         for lane in 0..g.used {
             let way = problem.change[group * n + segment].0[lane];
             let most = 0.9 * g.limits[0].0[lane];
-            let near = if at_goal { g.goal[0] } else { g.start[0] }.0[lane];
+            let near = if at_goal { g.goal[0] } else { g.start[1] }.0[lane];
             let far = 2.0 * way / h - near;
             let [from, to] = if at_goal { [far, near] } else { [near, far] };
             let mut u = 0.0;
@@ -464,6 +474,19 @@ pub fn center(problem: &Problem, point: &mut Iterate, mu: f64) {
             }
         }
     }
+    point.berths.fill([Lanes::ZERO; 2]);
+    berths::raise_multipliers(problem, point, mu);
+}
+
+/// Position where cell `c` starts, since the last waypoint.
+pub fn start_of(problem: &Problem, point: &Iterate, group: usize, c: usize, lane: usize) -> f64 {
+    let k = problem.cells;
+    if c == 0 {
+        return problem.groups[group].start[0].0[lane];
+    }
+    let x = point.cells[group * problem.segments * k + c - 1].s[0].0[lane];
+    let passed = group * problem.segments + c / k;
+    if c.is_multiple_of(k) { x - problem.change[passed - 1].0[lane] } else { x }
 }
 
 /// Duration of a cell, and velocity and acceleration where it starts.
@@ -471,7 +494,7 @@ pub fn before(problem: &Problem, point: &Iterate, group: usize, c: usize, lane: 
     let all = problem.segments * problem.cells;
     let t = problem.shares[group * all + c].0[lane] * point.durations[c / problem.cells];
     if c == 0 {
-        let [v, a] = problem.groups[group].start;
+        let [_, v, a] = problem.groups[group].start;
         [t, v.0[lane], a.0[lane]]
     } else {
         let [_, v, a] = point.cells[group * all + c - 1].s;

@@ -30,6 +30,14 @@
 //! First a segment has few cells, equal but for joints with short ramps. Then those in which the jerk
 //! switches are halved again and again ([`refine`]), and the second solution starts from the first.
 //!
+//! # Rooms
+//!
+//! Where a joint has room at a waypoint (`via_tolerance`, [`Rooms`]), its deviation from the waypoint is a variable with two more
+//! bounds: the position is carried over the waypoint as velocity and acceleration are, and the segment's way needs
+//! no multiplier of its own. Joints with and without room share a register; a mask tells them apart. [`profile`] restores the
+//! positions that the programme chose. Stops, and the search of states, meet waypoints exactly, which is always within the rooms. Where
+//! the result is far from its bound, the demand without rooms is planned, too.
+//!
 //! # What is delivered
 //!
 //! The solution misses the equalities by rounding and keeps the limits strictly. [`profile`] joins cells of
@@ -51,6 +59,7 @@
     reason = "rows and columns of matrices are known by their numbers"
 )]
 
+mod berths;
 mod chain;
 mod interior_point;
 mod layout;
@@ -66,6 +75,7 @@ mod states;
 mod step;
 mod stopping;
 mod windows;
+mod work;
 
 pub use moving::fastest_between;
 pub use profile::{Motion, Phase};
@@ -76,6 +86,7 @@ use speeds::Bounds;
 
 use super::bound::lower_bound;
 use super::kernel::KernelLimits;
+use super::rooms::Rooms;
 use super::{Ends, Prices, Trajectory};
 use crate::budget::Budget;
 
@@ -161,49 +172,78 @@ impl<'a> Watch<'a> {
     }
 }
 
+/// What is asked for.
+#[derive(Clone, Copy, Debug)]
+pub struct Demand<'a> {
+    /// `[waypoint][joint]`, rad or m; neighbours differ in at least one joint.
+    pub waypoints: &'a [Vec<f64>],
+    /// By joint; infinite where there is none.
+    pub limits: &'a [KernelLimits],
+    /// Lower limits of velocity, `[segment][joint]` in rad/s or m/s and positive: infinite where the joint's own holds,
+    /// and empty where it does everywhere.
+    pub speeds: &'a [Vec<f64>],
+    /// By how much inner waypoints may be missed.
+    pub rooms: Rooms<'a>,
+    /// Motion at the ends; none if they are at rest.
+    pub ends: Option<&'a Ends>,
+}
+
+impl<'a> Demand<'a> {
+    /// Through all waypoints exactly, from rest to rest within the joints' limits.
+    pub fn new(waypoints: &'a [Vec<f64>], limits: &'a [KernelLimits]) -> Self {
+        Self { waypoints, limits, speeds: &[], rooms: Rooms::none(), ends: None }
+    }
+}
+
 /// The fastest trajectory through `waypoints[waypoint][joint]`, from rest to rest.
 ///
 /// Limits that do not exist are infinite. Neighbouring waypoints differ in at least one joint.
 pub fn fastest(waypoints: &[Vec<f64>], limits: &[KernelLimits]) -> Fastest {
-    fastest_within(waypoints, limits, &Budget::default(), &mut |_| {})
+    fastest_within(&Demand::new(waypoints, limits), &Budget::default(), &mut |_| {})
 }
 
-/// The same, as far as `budget` allows: what is not planned by then stops at every waypoint.
-/// `tell` hears how planning proceeds: at the start, after every window of a long list, and at the end.
-pub fn fastest_within(
-    waypoints: &[Vec<f64>],
-    limits: &[KernelLimits],
-    budget: &Budget,
-    tell: &mut dyn FnMut(Stage),
-) -> Fastest {
-    let rows: Vec<[f64; 3]> = limits.iter().map(|limit| limit.derivatives).collect();
-    let limits = layout::effective(&ways(waypoints), limits);
-    let bound = |plan: &Plan, waypoints: &[Vec<f64>]| {
-        lower_bound(&ways(waypoints), &rows, &plan.motion.durations, &plan.motion.prices)
-    };
-    let ends = Ends::at_rest(limits.len());
-    let plan_from = |waypoints: &[Vec<f64>], iterations: usize, tell: &mut dyn FnMut(Stage)| {
-        let stops = stopped(&ways(waypoints), Bounds::everywhere(&limits));
-        one_way(
-            &Route { waypoints, limits: &limits, speeds: &[], ends: &ends },
-            &stops,
-            budget,
-            iterations,
-            tell,
-        )
-    };
+/// The same for any demand whose ends are at rest, as far as `budget` allows: what is not planned by then stops at
+/// every waypoint. `tell` hears how planning proceeds: at the start, after every window of a long list, and at the end.
+pub fn fastest_within(demand: &Demand, budget: &Budget, tell: &mut dyn FnMut(Stage)) -> Fastest {
+    let rows: Vec<[f64; 3]> = demand.limits.iter().map(|limit| limit.derivatives).collect();
+    let limits = layout::effective(&ways(demand.waypoints), demand.limits);
+    let demand = Demand { limits: &limits, ..*demand };
     // What is known of the first plan stays known while others are tried.
     let mut known = f64::INFINITY;
     let tell: &mut dyn FnMut(Stage) = &mut |stage| {
         known = known.min(stage.duration);
         tell(Stage { duration: known, ..stage });
     };
-    let mut plan = plan_from(waypoints, 0, tell);
-    let mut lower = bound(&plan, waypoints);
+    let (plan, lower) = looked_at(&demand, &rows, 0, budget, tell);
+    plan.finished(demand.waypoints, lower)
+}
+
+/// The best of several looks at a demand from rest to rest, and its lower bound within limits of velocity, acceleration
+/// and jerk, `rows`; `iterations` went before.
+fn looked_at(
+    demand: &Demand,
+    rows: &[[f64; 3]],
+    iterations: usize,
+    budget: &Budget,
+    tell: &mut dyn FnMut(Stage),
+) -> (Plan, f64) {
+    let Demand { waypoints, limits, rooms, .. } = *demand;
+    let bound = |plan: &Plan, Demand { waypoints, rooms, .. }: &Demand| {
+        let Motion { durations, prices, .. } = &plan.motion;
+        lower_bound(&ways(waypoints), rows, *rooms, durations, prices)
+    };
+    let plan_from = |demand: &Demand, iterations: usize, tell: &mut dyn FnMut(Stage)| {
+        let stops = stopped(&ways(demand.waypoints), Bounds::everywhere(limits));
+        one_way(demand, &stops, budget, iterations, tell)
+    };
+    let mut plan = plan_from(demand, iterations, tell);
+    let mut lower = bound(&plan, demand);
     let short = (3..=SECOND_LOOK.1).contains(&waypoints.len());
     if short && plan.motion.duration() > SECOND_LOOK.0 * lower {
         // Backwards in time the optimum is the same, but the search takes another way to it.
         let reversed: Vec<Vec<f64>> = waypoints.iter().rev().cloned().collect();
+        let table = rooms.reversed();
+        let reversed = Demand { waypoints: &reversed, rooms: Rooms::new(&table), ..*demand };
         let back = plan_from(&reversed, plan.iterations, tell);
         lower = lower.max(bound(&back, &reversed));
         let iterations = back.iterations;
@@ -212,58 +252,38 @@ pub fn fastest_within(
         }
         plan.iterations = iterations;
     }
-    let values = 2 * limits.len() * waypoints.len().saturating_sub(2);
-    if short && values <= THIRD_LOOK.1 && plan.motion.duration() > THIRD_LOOK.0 * lower {
-        third_look(
-            &Route { waypoints, limits: &limits, speeds: &[], ends: &ends },
-            &mut plan,
-            budget,
-            tell,
-        );
-        lower = lower.max(bound(&plan, waypoints));
-    }
-    plan.finished(waypoints, lower)
-}
-
-/// Searches the states at the waypoints, and takes over what a programme that starts from there leads to, if it is faster.
-///
-/// The motions searched are joined from one closed form per segment and exact only to the rounding of each; a
-/// programme's solution is continuous and meets the waypoints.
-fn third_look(route: &Route, plan: &mut Plan, budget: &Budget, tell: &mut dyn FnMut(Stage)) {
-    let Route { waypoints, limits, speeds, ends } = *route;
-    let ways = ways(waypoints);
-    let stops = stopped(&ways, Bounds::new(limits, speeds));
-    let mut watch = Watch::new(&stops, budget, plan.iterations, tell);
-    let part = Part { ways: &ways, waypoints, limits, speeds, ends: ends.clone(), stops };
-    for guess in states::search(&part, Some(&plan.motion), &watch) {
-        let mut found = windows::plan(&part, limits, Some(&guess), &mut watch);
-        plan.iterations += found.iterations;
-        found.motion.stretch(found.motion.ratio(Bounds::new(limits, speeds)));
-        let inside = found.motion.stops_within(waypoints, limits).is_empty();
-        if found.converged && inside && found.motion.duration() < plan.motion.duration() {
-            (plan.motion, plan.moves) = (found.motion, true);
+    if !rooms.are_none() && plan.motion.duration() > SECOND_LOOK.0 * lower {
+        // To meet all waypoints exactly is lawful, too, and where it is faster a start for better.
+        let exact = Demand { rooms: Rooms::none(), ..*demand };
+        let (exact, _) = looked_at(&exact, rows, plan.iterations, budget, tell);
+        plan.iterations = exact.iterations;
+        if exact.motion.duration() < plan.motion.duration() {
+            let start = exact.motion.clone();
+            plan = exact;
+            plan.improve(demand, budget, tell, |_, _| vec![start]);
+            lower = lower.max(bound(&plan, demand));
         }
     }
+    let values = 2 * limits.len() * waypoints.len().saturating_sub(2);
+    if short && values <= THIRD_LOOK.1 && plan.motion.duration() > THIRD_LOOK.0 * lower {
+        let known = plan.motion.clone();
+        plan.improve(demand, budget, tell, |part, watch| states::search(part, Some(&known), watch));
+        lower = lower.max(bound(&plan, demand));
+    }
+    (plan, lower)
 }
 
-/// The same within lower limits of velocity, `speeds[segment][joint]` in rad/s or m/s and positive; infinite where
-/// the joint's own holds. The lower bound is zero: what is known without them holds on.
-pub fn fastest_at_speeds(
-    waypoints: &[Vec<f64>],
-    limits: &[KernelLimits],
-    speeds: &[Vec<f64>],
-    budget: &Budget,
-) -> Fastest {
-    let ways = ways(waypoints);
-    let limits = layout::effective(&ways, limits);
-    let ends = Ends::at_rest(limits.len());
-    let stops = stopped(&ways, Bounds::new(&limits, speeds));
-    let route = Route { waypoints, limits: &limits, speeds, ends: &ends };
-    one_way(&route, &stops, budget, 0, &mut |_| {}).finished(waypoints, 0.0)
+/// The same where limits of velocity differ by segment. The lower bound is zero: what is known without them holds on.
+pub fn fastest_at_speeds(demand: &Demand, budget: &Budget) -> Fastest {
+    let ways = ways(demand.waypoints);
+    let limits = layout::effective(&ways, demand.limits);
+    let stops = stopped(&ways, Bounds::new(&limits, demand.speeds));
+    let demand = Demand { limits: &limits, ..*demand };
+    one_way(&demand, &stops, budget, 0, &mut |_| {}).finished(demand.waypoints, 0.0)
 }
 
 /// A motion is planned once more, backwards, where it takes more than this many times its lower bound, and
-/// has at most so many waypoints.
+/// has at most so many waypoints; and without room, however many it has.
 const SECOND_LOOK: (f64, usize) = (1.02, 40);
 
 /// Where it still takes more than this many times its lower bound, and has at most so many velocities and accelerations at
@@ -288,6 +308,34 @@ struct Plan {
 }
 
 impl Plan {
+    /// Takes over what a programme leads to that starts from one of `starts`, if it is faster.
+    ///
+    /// The motions that a search finds are joined from one closed form per segment and exact only to the rounding of
+    /// each; a programme's solution is continuous and meets the waypoints.
+    fn improve(
+        &mut self,
+        demand: &Demand,
+        budget: &Budget,
+        tell: &mut dyn FnMut(Stage),
+        starts: impl FnOnce(&Part, &Watch) -> Vec<Motion>,
+    ) {
+        let Demand { waypoints, limits, speeds, rooms, .. } = *demand;
+        let ways = ways(waypoints);
+        let stops = stopped(&ways, Bounds::new(limits, speeds));
+        let mut watch = Watch::new(&stops, budget, self.iterations, tell);
+        let ends = Ends::at_rest(limits.len());
+        let part = Part { ways: &ways, waypoints, limits, speeds, rooms, ends, stops };
+        for start in starts(&part, &watch) {
+            let mut found = windows::plan(&part, limits, Some(&start), &mut watch);
+            self.iterations += found.iterations;
+            found.motion.stretch(found.motion.ratio(Bounds::new(limits, speeds)));
+            let inside = found.motion.stops_within(waypoints, limits).is_empty();
+            if found.converged && inside && found.motion.duration() < self.motion.duration() {
+                (self.motion, self.moves) = (found.motion, true);
+            }
+        }
+    }
+
     fn finished(self, waypoints: &[Vec<f64>], lower: f64) -> Fastest {
         let (trajectory, times) = self.motion.trajectory(waypoints);
         Fastest {
@@ -305,22 +353,13 @@ impl Plan {
     }
 }
 
-/// What is asked for.
-struct Route<'a> {
-    waypoints: &'a [Vec<f64>],
-    limits: &'a [KernelLimits],
-    /// Lower limits of velocity by segment, as in [`Bounds`].
-    speeds: &'a [Vec<f64>],
-    ends: &'a Ends,
-}
-
-/// A part of a route that is planned at once.
+/// A part of what is demanded that is planned at once; see [`Demand`].
 struct Part<'a> {
     ways: &'a [Vec<f64>],
     waypoints: &'a [Vec<f64>],
     limits: &'a [KernelLimits],
-    /// As in [`Route`].
     speeds: &'a [Vec<f64>],
+    rooms: Rooms<'a>,
     ends: Ends,
     /// The motion that stops at every waypoint between the ends.
     stops: Motion,
@@ -328,14 +367,15 @@ struct Part<'a> {
 
 /// Plans forwards; `stops` stops at every waypoint between the ends, and `iterations` went before.
 fn one_way(
-    route: &Route,
+    demand: &Demand,
     stops: &Motion,
     budget: &Budget,
     iterations: usize,
     tell: &mut dyn FnMut(Stage),
 ) -> Plan {
-    let Route { waypoints, limits, speeds, ends } = route;
+    let Demand { waypoints, limits, speeds, rooms, ends } = *demand;
     let ways = ways(waypoints);
+    let ends = ends.cloned().unwrap_or_else(|| Ends::at_rest(limits.len()));
     let mut watch = Watch::new(stops, budget, iterations, tell);
     let stopping = watch.best;
     (watch.tell)(Stage { iterations, duration: stopping });
@@ -350,6 +390,7 @@ fn one_way(
             waypoints: &waypoints[part.start..=part.end],
             limits,
             speeds: speeds.get(part.clone()).unwrap_or_default(),
+            rooms: rooms.between(part.start, part.end),
             ends: ends.only(part.start == 0, part.end == ways.len()),
             stops: stops.segments(part.clone()),
         };

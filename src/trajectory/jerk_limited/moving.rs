@@ -3,7 +3,7 @@
 //! Between two waypoints the closed form of [`state_to_state`](super::state_to_state) is the
 //! optimum. Through more, [`states`](super::states) finds motions on either side of the gaps that lie next to such
 //! ends, and the programme starts from each of them. Of a long list only the segments next to the ends are planned so;
-//! the others are planned from rest to rest.
+//! the others are planned from rest to rest, and there all waypoints are met exactly even where there is room.
 //!
 //! A motion that starts or ends at speed cannot be stretched, because its ends would change with it: one that passes a
 //! limit by rounding is planned again within limits that are as much tighter.
@@ -11,14 +11,15 @@
 use crate::budget::Budget;
 use crate::trajectory::Ends;
 use crate::trajectory::kernel::KernelLimits;
+use crate::trajectory::rooms::Rooms;
 
-use super::newton::MAX_SEGMENTS;
 use super::profile::Motion;
 use super::speeds::Bounds;
 use super::state_to_state::{State, StateFault, between};
 use super::states::search;
 use super::windows::{self, Planned};
-use super::{Fastest, Part, Route, Stage, Watch, layout, one_way, stopped, ways};
+use super::work::MAX_SEGMENTS;
+use super::{Demand, Fastest, Part, Stage, Watch, layout, one_way, stopped, ways};
 
 /// What rounding may add to a limit, as a factor of time.
 const ROUNDING: f64 = 1e-10;
@@ -38,8 +39,7 @@ const NEAR: usize = 8;
 /// A programme whose solution is within this of the motion it started from tells what limits hold that back.
 const ALIKE: f64 = 1e-3;
 
-/// The fastest trajectory found through `waypoints[waypoint][joint]` that begins and ends in the
-/// motion of `ends`, as far as `budget` allows; otherwise as [`super::fastest_within`].
+/// The fastest trajectory found that begins and ends in the motion that `demand` asks for, as far as `budget` allows; otherwise as [`super::fastest_within`].
 ///
 /// With two waypoints its duration is the least possible, and with more the lower bound is zero: none
 /// is proven. On segments next to an end in motion positions may have to leave
@@ -49,18 +49,18 @@ const ALIKE: f64 = 1e-3;
 ///
 /// All that is wrong with the states at the ends.
 pub fn fastest_between(
-    waypoints: &[Vec<f64>],
-    limits: &[KernelLimits],
-    ends: &Ends,
+    demand: &Demand,
     budget: &Budget,
     tell: &mut dyn FnMut(Stage),
 ) -> Result<Fastest, Vec<StateFault>> {
+    let waypoints = demand.waypoints;
     let limited = |limit: &KernelLimits| limit.derivatives[1..].iter().any(|l| l.is_finite());
-    let proves = waypoints.len() == 2 && limits.iter().all(limited);
-    let limits = layout::effective(&ways(waypoints), limits);
-    let stops = stops(waypoints, &limits, ends)?;
-    let plan =
-        one_way(&Route { waypoints, limits: &limits, speeds: &[], ends }, &stops, budget, 0, tell);
+    let proves = waypoints.len() == 2 && demand.limits.iter().all(limited);
+    let limits = layout::effective(&ways(waypoints), demand.limits);
+    let demand = Demand { limits: &limits, ..*demand };
+    let rest = Ends::at_rest(limits.len());
+    let stops = stops(waypoints, &limits, demand.ends.unwrap_or(&rest))?;
+    let plan = one_way(&demand, &stops, budget, 0, tell);
     let lower = if proves { plan.motion.duration() } else { 0.0 };
     Ok(plan.finished(waypoints, lower))
 }
@@ -191,6 +191,7 @@ fn settle(motion: &mut Motion, joint: usize, at_end: bool, least: f64) {
 fn near_ends(part: &Part, watch: &mut Watch) -> Planned {
     let (segments, limits) = (part.ways.len(), part.limits);
     let rest = Part {
+        rooms: Rooms::none(),
         ends: Ends::at_rest(limits.len()),
         stops: stopped(part.ways, Bounds::everywhere(limits)),
         ..*part
@@ -222,7 +223,8 @@ fn near_ends(part: &Part, watch: &mut Watch) -> Planned {
         let Ok(stops) = stops(waypoints, limits, &ends) else {
             return Planned { motion: part.stops.clone(), converged: false, ..all };
         };
-        let own = Part { ways: &part.ways[near], waypoints, limits, speeds: &[], ends, stops };
+        let (ways, rooms) = (&part.ways[near], Rooms::none());
+        let own = Part { ways, waypoints, limits, speeds: &[], rooms, ends, stops };
         let anew = at_once(&own, &mut silent);
         all.iterations += anew.iterations;
         all.converged &= anew.converged;

@@ -17,111 +17,14 @@
 //! columns of durations.
 //!
 //! At a waypoint the position is given, so its step is zero there and starts anew. Before the
-//! segment's start its multipliers are eliminated: the value is concave in them.
+//! segment's start its multipliers are eliminated: the value is concave in them. Where a joint has room
+//! at a waypoint, the step of its deviation is a part of the state like any other instead.
 
 use crate::math::lanes::{Lanes, Simd, Vector};
 
-use super::chain::{Chain, ROWS, View, total};
-use super::problem::{Cell, Iterate, Problem};
-
-/// Most segments of one programme.
-pub const MAX_SEGMENTS: usize = 16;
-
-/// Columns: what is known, one per duration, three multipliers.
-pub const COLUMNS: usize = MAX_SEGMENTS + 4;
-
-/// What the forward pass needs of a cell: `u = -(state s + columns)`.
-#[derive(Clone, Copy)]
-pub struct Gain {
-    pub state: [Lanes; 3],
-    /// How much acceleration changes along with the segment's duration.
-    pub lean: Lanes,
-}
-
-/// A multiplier as a function of columns before it, velocity and acceleration.
-#[derive(Clone, Copy)]
-pub struct Elimination {
-    pub columns: [Lanes; COLUMNS],
-    pub state: [Lanes; 2],
-}
-
-/// Working memory for one problem.
-pub struct Work {
-    /// `[group][cell]`.
-    pub gains: Vec<Gain>,
-    /// `[group][cell][column]`, `stride` columns each.
-    pub columns: Vec<Lanes>,
-    pub stride: usize,
-    /// One over each slack, `[group][cell]`: to divide is what costs most in a step, so it is done once.
-    pub inverses: Vec<[Lanes; ROWS]>,
-    /// `[group][segment][3]`.
-    pub eliminations: Vec<Elimination>,
-    /// Curvature over durations `[row][column]`, summed over joints.
-    pub curvature: Vec<f64>,
-    /// The model's slope over durations, summed over joints.
-    pub slope: Vec<f64>,
-    /// The Lagrangian's slope over durations, without the objective.
-    pub gradient: Vec<f64>,
-    /// The Lagrangian's slope over velocity and acceleration where a segment starts:
-    /// `[group * segments + segment]`.
-    pub prices: Vec<[Lanes; 2]>,
-    /// Steps of the cells.
-    pub steps: Vec<Cell>,
-    /// Steps of the durations.
-    pub durations: Vec<f64>,
-    /// New multipliers, as in [`Iterate`].
-    pub lambda: Vec<Lanes>,
-    pub goal: Vec<[Lanes; 2]>,
-}
-
-impl Work {
-    /// Memory for `problem`.
-    pub fn new(problem: &Problem) -> Self {
-        let (n, groups) = (problem.segments, problem.groups.len());
-        let cells = n * problem.cells * groups;
-        let zero = Lanes::ZERO;
-        let stride = n + 4;
-        let none = Elimination { columns: [zero; COLUMNS], state: [zero; 2] };
-        Self {
-            gains: vec![Gain { state: [zero; 3], lean: zero }; cells],
-            columns: vec![zero; cells * stride],
-            stride,
-            inverses: vec![[zero; ROWS]; cells],
-            eliminations: vec![none; n * groups * 3],
-            curvature: vec![0.0; n * n],
-            slope: vec![0.0; n],
-            gradient: vec![0.0; n],
-            prices: vec![[zero; 2]; n * groups],
-            steps: vec![Cell::ZERO; cells],
-            durations: vec![0.0; n],
-            lambda: vec![zero; n * groups],
-            goal: vec![[zero; 2]; groups],
-        }
-    }
-}
-
-/// How far the point is from the solution of its barrier problem.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Residuals {
-    /// Largest slope of the Lagrangian over what a variable can change.
-    pub dual: f64,
-    /// Largest miss of the dynamics.
-    pub primal: f64,
-    /// Sum of all misses.
-    pub sum: f64,
-    /// Largest product of a slack and its multiplier.
-    pub product: f64,
-}
-
-impl Residuals {
-    /// Those of both.
-    pub fn include(&mut self, other: &Self) {
-        self.dual = self.dual.max(other.dual);
-        self.primal = self.primal.max(other.primal);
-        self.sum += other.sum;
-        self.product = self.product.max(other.product);
-    }
-}
+use super::chain::{Chain, ROWS, Room, View, total};
+use super::problem::Iterate;
+use super::work::{COLUMNS, Elimination, Residuals, Work};
 
 /// The value function and the Lagrangian's slope while going backwards.
 struct Value<S: Simd> {
@@ -225,23 +128,35 @@ impl<S: Simd> Value<S> {
 
     /// Takes up the multipliers of segment `i` at its end. Returns the end of the columns.
     #[inline(always)]
-    fn enter(&mut self, chain: &Chain<S>, point: &Iterate, i: usize) -> usize {
+    fn enter(
+        &mut self,
+        chain: &Chain<S>,
+        point: &Iterate,
+        i: usize,
+        mu: f64,
+        stored: &mut [Lanes; 2],
+    ) -> usize {
         let (zero, one) = (chain.splat(0.0), chain.splat(1.0));
         let n = chain.segments;
         let local = n + 1;
         let last = i + 1 == n;
         let active = local + if last { 3 } else { 1 };
-        self.p[0] = zero;
-        self.p[1] = zero;
-        self.p[2] = zero;
-        for column in self.columns.iter_mut().take(local) {
-            column[0] = zero;
-        }
         for row in self.m[local..active].iter_mut() {
             *row = [zero; COLUMNS];
         }
-        self.columns[local] = [one, zero, zero];
-        self.costate[0] = chain.load(&point.lambda[chain.group * n + i]);
+        let lambda = chain.load(&point.lambda[chain.group * n + i]);
+        if let Some(room) = chain.room(i) {
+            self.deviate(chain, &room, lambda, mu, stored);
+        } else {
+            self.p[0] = zero;
+            self.p[1] = zero;
+            self.p[2] = zero;
+            for column in self.columns.iter_mut().take(local) {
+                column[0] = zero;
+            }
+            self.columns[local] = [one, zero, zero];
+            self.costate[0] = lambda;
+        }
         if last {
             let [v, a] = &point.goal[chain.group];
             self.costate[1] = chain.load(v);
@@ -254,6 +169,42 @@ impl<S: Simd> Value<S> {
         }
         self.gradient = zero;
         active
+    }
+
+    /// Takes up the bounds on deviations where there is room, and the multiplier of the way where there is none; keeps
+    /// the slacks' inverses.
+    #[inline(always)]
+    fn deviate(
+        &mut self,
+        chain: &Chain<S>,
+        room: &Room<S>,
+        lambda: Vector<S>,
+        mu: f64,
+        stored: &mut [Lanes; 2],
+    ) {
+        let (zero, one) = (chain.splat(0.0), chain.splat(1.0));
+        let local = chain.segments + 1;
+        let Room { open, slack, z } = room;
+        let inverse = slack.map(|slack| one / slack);
+        for (inverse, slot) in inverse.iter().zip(stored) {
+            inverse.store(slot, chain.part);
+        }
+        let only = |value: Vector<S>| open.select(value, zero);
+        for value in &mut self.p[..3] {
+            *value = only(*value);
+        }
+        for column in self.columns.iter_mut().take(local) {
+            column[0] = only(column[0]);
+        }
+        self.p[0] = self.p[0] + only(z[0] * inverse[0] + z[1] * inverse[1]);
+        self.columns[0][0] = self.columns[0][0] + only((inverse[1] - inverse[0]) * mu);
+        self.costate[0] = open.select(self.costate[0] + z[1] - z[0], lambda);
+        let given = open.select(zero, one);
+        self.columns[local] = [given, zero, zero];
+        self.m[local][local] = given - one;
+        for (z, slack) in z.iter().zip(slack) {
+            self.product = self.product.max(only(*z * *slack));
+        }
     }
 
     /// Adds the limits of velocity and acceleration at the end of cell `c`.
@@ -452,20 +403,24 @@ impl<S: Simd> Value<S> {
         for row in (local..active).rev() {
             let inverse = zero - chain.splat(1.0) / self.m[row][row];
             let slot = &mut stored[row - local];
-            let [_, pv, pa] = self.columns[row];
-            let state = [pv * inverse, pa * inverse];
+            let [px, pv, pa] = self.columns[row];
+            let state = [px * inverse, pv * inverse, pa * inverse];
             for (value, slot) in state.iter().zip(&mut slot.state) {
                 value.store(slot, chain.part);
             }
-            self.p[3] = self.p[3] + pv * state[0];
-            self.p[4] = self.p[4] + pv * state[1];
-            self.p[5] = self.p[5] + pa * state[1];
+            self.p[0] = self.p[0] + px * state[0];
+            self.p[1] = self.p[1] + px * state[1];
+            self.p[2] = self.p[2] + px * state[2];
+            self.p[3] = self.p[3] + pv * state[1];
+            self.p[4] = self.p[4] + pv * state[2];
+            self.p[5] = self.p[5] + pa * state[2];
             let mut shares = [zero; COLUMNS];
             for column in std::iter::once(0).chain(i + 1..row) {
                 let factor = self.m[row][column];
                 shares[column] = factor * inverse;
                 shares[column].store(&mut slot.columns[column], chain.part);
-                let [_, v, a] = &mut self.columns[column];
+                let [x, v, a] = &mut self.columns[column];
+                *x = *x + px * shares[column];
                 *v = *v + pv * shares[column];
                 *a = *a + pa * shares[column];
                 if column > 0 {
@@ -518,7 +473,8 @@ pub fn backward<S: Simd>(chain: &Chain<S>, point: &Iterate, work: &mut Work, mu:
     let stride = work.stride;
     let mut value = Value::new(chain);
     for i in (0..n).rev() {
-        let active = value.enter(chain, point, i);
+        let kept = &mut work.berth_inverses[chain.group * n + i];
+        let active = value.enter(chain, point, i, mu, kept);
         for c in (i * k..(i + 1) * k).rev() {
             let index = chain.group * all + c;
             let view = chain.view(c);
@@ -536,7 +492,7 @@ pub fn backward<S: Simd>(chain: &Chain<S>, point: &Iterate, work: &mut Work, mu:
         }
         work.gradient[i] += total(value.gradient * real);
         let prices = &mut work.prices[chain.group * n + i];
-        for (slope, slot) in value.costate[1..].iter().zip(prices) {
+        for (slope, slot) in value.costate.iter().zip(prices) {
             slope.store(slot, part);
         }
         let first = (chain.group * n + i) * 3;

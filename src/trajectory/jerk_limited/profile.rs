@@ -6,7 +6,7 @@ use crate::math::lanes::{Lanes, WIDTH};
 use crate::trajectory::kernel::KernelLimits;
 use crate::trajectory::{Prices, Trajectory};
 
-use super::layout::{Units, before};
+use super::layout::{Units, before, start_of};
 use super::problem::{FREE, Iterate, Problem};
 use super::speeds::Bounds;
 
@@ -28,7 +28,7 @@ pub struct Phase {
     pub start: f64,
     /// How long it lasts, s.
     pub length: f64,
-    /// Position since the waypoint, velocity and acceleration where it starts, and jerk.
+    /// Position since the waypoint that the segment starts from, velocity and acceleration where it starts, and jerk.
     pub state: [f64; 4],
 }
 
@@ -87,7 +87,7 @@ impl Phase {
 pub struct Motion {
     /// Of each segment, s.
     pub durations: Vec<f64>,
-    /// What velocity and acceleration cost where each segment starts.
+    /// What position, velocity and acceleration cost where each segment starts.
     pub prices: Prices,
     /// What each limit of each joint holds back in each segment, see [`super::Fastest::gains`].
     pub gains: Vec<Vec<[f64; 3]>>,
@@ -137,23 +137,31 @@ impl Motion {
 
     /// The same motion backwards in time: velocities and jerks change sign, accelerations do not.
     pub fn reversed(mut self) -> Self {
-        for segment in self.phases.iter_mut().flatten() {
-            let Some(last) = segment.last() else { continue };
-            let (way, end) = (last.at(last.length)[0], last.start + last.length);
-            for phase in segment.iter_mut() {
-                let [x, v, a, j] = phase.at(phase.length);
-                phase.start = end - (phase.start + phase.length);
-                phase.state = [x - way, -v, a, -j];
+        for joint in &mut self.phases {
+            // By how much the waypoint is missed where the segment ends.
+            let mut miss = 0.0;
+            for segment in joint.iter_mut().rev() {
+                let (Some(first), Some(last)) = (segment.first(), segment.last()) else { continue };
+                let way = last.at(last.length)[0] - miss;
+                let end = last.start + last.length;
+                miss = first.state[0];
+                for phase in segment.iter_mut() {
+                    let [x, v, a, j] = phase.at(phase.length);
+                    phase.start = end - (phase.start + phase.length);
+                    phase.state = [x - way, -v, a, -j];
+                }
+                segment.reverse();
             }
-            segment.reverse();
+            joint.reverse();
         }
-        self.phases.iter_mut().for_each(|joint| joint.reverse());
         self.durations.reverse();
         self.gains.reverse();
         // What was paid where a segment starts is now given back where it ends.
         self.prices.reverse();
         self.prices.rotate_right(1);
-        self.prices.iter_mut().flatten().for_each(|price| price[1] = -price[1]);
+        for [position, _, acceleration] in self.prices.iter_mut().flatten() {
+            (*position, *acceleration) = (-*position, -*acceleration);
+        }
         self
     }
 
@@ -222,6 +230,15 @@ impl Motion {
     pub fn stretch(&mut self, factor: f64) {
         self.durations.iter_mut().for_each(|h| *h *= factor);
         self.phases.iter_mut().flatten().flatten().for_each(|phase| phase.stretch(factor));
+    }
+
+    /// By how much each joint deviates from the waypoint that `segment` starts from.
+    pub fn deviations(&self, segment: usize) -> Vec<f64> {
+        let first = |joint: &Vec<Vec<Phase>>| {
+            let phase = joint.get(segment).and_then(|phases| phases.first());
+            phase.map_or(0.0, |phase| phase.state[0])
+        };
+        self.phases.iter().map(first).collect()
     }
 
     /// As one piecewise polynomial, with the times of the waypoints.
@@ -400,12 +417,21 @@ impl Course {
 
 /// The Lagrangian's slopes over the states where segments start, as prices in s, rad and m: what a
 /// state is worth for all that follows, it costs.
-fn in_seconds(slopes: &[[Lanes; 2]], units: &Units, segments: usize) -> Prices {
+///
+/// At the bound of a room the slope over the position differs before and after the waypoint. Both are right and what lies
+/// between them, too; halfway, the prices do not depend on the direction of time.
+fn in_seconds(slopes: &[[Lanes; 3]], units: &Units, segments: usize) -> Prices {
     let price = |segment: usize, joint: usize| {
-        let slope = &slopes[joint / WIDTH * segments + segment];
-        let [v, a] = slope.map(|slope| slope.0[joint % WIDTH]);
+        let of = |segment: usize| {
+            let slope = &slopes[joint / WIDTH * segments + segment];
+            slope.map(|slope| slope.0[joint % WIDTH])
+        };
+        let [after, v, a] = of(segment);
+        // The multiplier of a way is the same all along its segment.
+        let [before, ..] = of(segment.saturating_sub(1));
+        let x = 0.5 * (before + after);
         let per_speed = units.time * units.time / units.length[joint];
-        [-v * per_speed, -a * per_speed * units.time]
+        [-x * (units.time / units.length[joint]), -v * per_speed, -a * per_speed * units.time]
     };
     let joints = units.length.len();
     let row = |segment: usize| (0..joints).map(|joint| price(segment, joint)).collect();
@@ -438,20 +464,22 @@ fn gains(problem: &Problem, point: &Iterate, units: &Units) -> Vec<Vec<[f64; 3]>
 }
 
 /// The motion that a solved programme describes, in seconds, rad and m; `prices` as in
-/// [`super::newton::Work`].
+/// [`super::work::Work`].
 ///
 /// Waypoints and continuity hold to rounding, limits only nearly.
-pub fn motion(problem: &Problem, point: &Iterate, prices: &[[Lanes; 2]], units: &Units) -> Motion {
+pub fn motion(problem: &Problem, point: &Iterate, prices: &[[Lanes; 3]], units: &Units) -> Motion {
     let (n, k) = (problem.segments, problem.cells);
     let phases = (0..units.length.len()).map(|joint| {
         let (group, lane) = (joint / WIDTH, joint % WIDTH);
         let segment = |segment: usize| {
             let mut course = Course::new(problem, point, joint, segment);
             let end = &point.cells[group * n * k + (segment + 1) * k - 1];
-            course.restore(problem.change[group * n + segment].0[lane], end.s[1].0[lane]);
+            let from = start_of(problem, point, group, segment * k, lane);
+            course.restore(end.s[0].0[lane] - from, end.s[1].0[lane]);
             let mut phases = course.phases();
             for phase in &mut phases {
                 phase.stretch(units.time);
+                phase.state[0] += from;
                 phase.state = phase.state.map(|value| value * units.length[joint]);
             }
             phases

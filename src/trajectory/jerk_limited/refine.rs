@@ -6,7 +6,8 @@
 
 use crate::math::lanes::{Lanes, WIDTH};
 
-use super::layout::{before, slack};
+use super::berths::raise_multipliers;
+use super::layout::{before, slack, start_of};
 use super::problem::{Cell, Iterate, Problem};
 
 /// A piece of an old cell.
@@ -61,6 +62,7 @@ pub fn refine(problem: &Problem, point: &Iterate, cells: usize, mu: f64) -> (Pro
             }
         }
     }
+    raise_multipliers(&refined, &mut at, mu);
     (refined, at)
 }
 
@@ -158,11 +160,7 @@ fn copy(
         }
     } else {
         let [t, v, a] = before(problem, point, group, c, lane);
-        let x = if c.is_multiple_of(problem.cells) {
-            0.0
-        } else {
-            point.cells[group * all + c - 1].s[0].0[lane]
-        };
+        let x = start_of(problem, point, group, c, lane);
         let end = old.s[2].0[lane];
         let u = slice.to * t;
         if problem.groups[group].smooth.0[lane] > 0.0 {

@@ -198,7 +198,7 @@ fn finished(duration: f64, phases: Vec<Vec<Vec<Phase>>>) -> Result<Motion, Vec<S
         return Err(vec![StateFault::Overflow]);
     }
     // Nothing follows that could put a price on a state.
-    let prices = vec![vec![[0.0; 2]; phases.len()]];
+    let prices = vec![vec![[0.0; 3]; phases.len()]];
     let gains = vec![vec![[0.0; 3]; phases.len()]];
     Ok(Motion { durations: vec![duration], prices, gains, phases })
 }

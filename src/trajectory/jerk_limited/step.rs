@@ -2,8 +2,9 @@
 
 use crate::math::lanes::{Lanes, Simd, Vector};
 
-use super::chain::{Chain, ROWS, View, total};
-use super::newton::{COLUMNS, Work, inverses};
+use super::chain::{Chain, ROWS, Room, View, total};
+use super::newton::inverses;
+use super::work::{COLUMNS, Work};
 
 /// What the full step would do.
 #[derive(Clone, Copy, Debug, Default)]
@@ -29,8 +30,9 @@ pub fn forward<S: Simd>(chain: &Chain<S>, work: &mut Work, mu: f64) -> Outlook {
     }
     let mut found = [zero; 3];
     for i in 0..n {
+        let before = if i > 0 { chain.room(i - 1) } else { None };
+        state[0] = before.map_or(zero, |room| room.open.select(state[0], zero));
         let active = multipliers(chain, work, i, state, &mut parameters);
-        state[0] = zero;
         for c in i * k..(i + 1) * k {
             let index = chain.group * all + c;
             let gain = &work.gains[index];
@@ -55,6 +57,12 @@ pub fn forward<S: Simd>(chain: &Chain<S>, work: &mut Work, mu: f64) -> Outlook {
             }
             state = end;
         }
+        if let Some(room) = chain.room(i) {
+            let dz = deviate(chain, &room, state[0], mu, &mut found);
+            for (value, slot) in dz.iter().zip(&mut work.berths[chain.group * n + i]) {
+                value.store(slot, part);
+            }
+        }
     }
     Outlook { slack: found[0].largest(), multiplier: found[1].largest(), shares: total(found[2]) }
 }
@@ -74,10 +82,11 @@ fn multipliers<S: Simd>(
     let active = local + if last { 3 } else { 1 };
     for row in local..active {
         let elimination = &work.eliminations[(chain.group * n + i) * 3 + row - local];
-        let [v, a] = &elimination.state;
+        let [x, v, a] = &elimination.state;
         let mut value = chain.load(&elimination.columns[0])
             + chain.load(v) * state[1]
-            + chain.load(a) * state[2];
+            + chain.load(a) * state[2]
+            + chain.load(x) * state[0];
         for column in i + 1..row {
             value = value + chain.load(&elimination.columns[column]) * parameters[column];
         }
@@ -146,6 +155,30 @@ fn rows<S: Simd>(
     dz
 }
 
+/// Steps of the multipliers of deviations that change by `step`; keeps the largest shares in `found`.
+#[inline(always)]
+fn deviate<S: Simd>(
+    chain: &Chain<S>,
+    room: &Room<S>,
+    step: Vector<S>,
+    mu: f64,
+    found: &mut [Vector<S>; 3],
+) -> [Vector<S>; 2] {
+    let zero = chain.splat(0.0);
+    let Room { open, slack, z } = room;
+    let mut dz = [zero; 2];
+    for (side, step) in [step, zero - step].into_iter().enumerate() {
+        let inverse = chain.splat(1.0) / slack[side];
+        let share = open.select(step * inverse, zero);
+        let change = inverse * mu - z[side] - z[side] * share;
+        dz[side] = open.select(change, zero);
+        found[0] = found[0].max(zero - share);
+        found[1] = found[1].max(open.select(zero - change / z[side], zero));
+        found[2] = found[2] + share;
+    }
+    dz
+}
+
 /// Where a part of the step leads.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Trial {
@@ -157,9 +190,9 @@ pub struct Trial {
     pub logarithms: f64,
 }
 
-/// Looks at a new point of one register of joints; `inverses` are one over the slacks at the old one.
+/// Looks at a new point of one register of joints; `work` has one over the slacks at the old one.
 #[inline(always)]
-pub fn trial<S: Simd>(new: &Chain<S>, inverses: &[[Lanes; ROWS]]) -> Trial {
+pub fn trial<S: Simd>(new: &Chain<S>, work: &Work) -> Trial {
     let (zero, one) = (new.splat(0.0), new.splat(1.0));
     let limits = &new.limits;
     let (mut sum, mut lost, mut product) = (zero, zero, one);
@@ -169,7 +202,7 @@ pub fn trial<S: Simd>(new: &Chain<S>, inverses: &[[Lanes; ROWS]]) -> Trial {
         for miss in after.residual(limits) {
             sum = sum + miss.abs() * limits.real;
         }
-        let before = &inverses[new.group * new.all() + c];
+        let before = &work.inverses[new.group * new.all() + c];
         for (row, slack) in after.slack(limits).into_iter().enumerate() {
             if new.counts(c, row) {
                 let change = (slack * new.load(&before[row]) - one) * limits.real;
@@ -179,13 +212,30 @@ pub fn trial<S: Simd>(new: &Chain<S>, inverses: &[[Lanes; ROWS]]) -> Trial {
         }
         // One logarithm for several cells: the product stays far from overflow.
         if c % 4 == 3 || c + 1 == new.all() {
-            let mut lanes = Lanes([1.0; 8]);
-            product.store(&mut lanes, 0);
-            for lane in lanes.0 {
-                logarithms += libm::log(lane);
-            }
+            add_logarithms(product, &mut logarithms);
             product = one;
         }
     }
+    for i in 0..new.segments {
+        let Some(after) = new.room(i) else { continue };
+        let before = &work.berth_inverses[new.group * new.segments + i];
+        for (slack, before) in after.slack.into_iter().zip(before) {
+            let change = slack * new.load(before) - one;
+            lost = lost.max(zero - change);
+            product = product * (change + one);
+        }
+        add_logarithms(product, &mut logarithms);
+        product = one;
+    }
     Trial { sum: total(sum), lost: lost.largest(), logarithms }
+}
+
+/// Adds the logarithms of a register's lanes, in order.
+#[inline(always)]
+fn add_logarithms<S: Simd>(product: Vector<S>, sum: &mut f64) {
+    let mut lanes = Lanes([1.0; 8]);
+    product.store(&mut lanes, 0);
+    for lane in lanes.0 {
+        *sum += libm::log(lane);
+    }
 }

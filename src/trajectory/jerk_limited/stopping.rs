@@ -61,7 +61,7 @@ pub fn stopping(ways: &[Vec<f64>], limits: Bounds) -> Motion {
     };
     let phases = (0..limits.len()).map(joint).collect();
     // At rest every state costs nothing that could be told from here.
-    let prices = vec![vec![[0.0; 2]; limits.len()]; ways.len()];
+    let prices = vec![vec![[0.0; 3]; limits.len()]; ways.len()];
     let gains = ways.iter().map(|row| slowest_gains(row, &limits)).collect();
     Motion { phases, prices, gains, durations }
 }

@@ -10,11 +10,12 @@ use crate::trajectory::kernel::KernelLimits;
 
 use super::interior_point::{Settings, solve};
 use super::layout::{follow, hasten, leads_to_goal, pose};
-use super::newton::MAX_SEGMENTS;
+use super::problem::Window;
 use super::profile::{Motion, motion};
 use super::refine::refine;
 use super::speeds::Bounds;
 use super::stopping::stopping;
+use super::work::MAX_SEGMENTS;
 use super::{Part, Watch};
 
 /// Segments that a window plans ahead of what is kept of it.
@@ -54,7 +55,7 @@ pub struct Planned {
 }
 
 /// The fastest motion found along `part` within `limits`; the first window starts from `guess`, a lawful motion
-/// along all or the first of its segments.
+/// along all or the first of the segments.
 ///
 /// Once `watch` says that time is up, what is not yet planned stops at every waypoint.
 pub fn plan(
@@ -70,6 +71,8 @@ pub fn plan(
     }
     let mut all = Planned { motion: Motion::empty(limits.len()), iterations: 0, converged: true };
     let mut ends = part.ends.only(true, false);
+    // By how much the next window starts off its first waypoint.
+    let mut from = vec![0.0; limits.len()];
     // What the last window planned beyond what was kept of it.
     let mut ahead: Option<Motion> = guess.cloned();
     let mut first = 0;
@@ -82,12 +85,12 @@ pub fn plan(
             break;
         }
         let last = ways.len().min(first + MAX_SEGMENTS);
-        let window = &ways[first..last];
         if last == ways.len() {
             ends.goal.clone_from(&part.ends.goal);
         }
-        let limits = bounds.from(first);
-        let (found, iterations) = attempt(window, limits, &ends, ahead.as_ref(), watch);
+        let (limits, rooms) = (bounds.from(first), part.rooms.between(first, last));
+        let window = Window { ways: &ways[first..last], limits, rooms, ends: &ends, from: &from };
+        let (found, iterations) = attempt(&window, ahead.as_ref(), watch);
         all.iterations += iterations;
         all.converged &= found.as_ref().is_some_and(|(_, converged)| *converged);
         let motion = match (found, ahead.take()) {
@@ -102,6 +105,7 @@ pub fn plan(
         if kept < planned {
             ends.start = kept_part.end();
         }
+        from = others.deviations(0);
         all.motion.append(kept_part);
         first += kept;
         if kept < planned {
@@ -134,12 +138,11 @@ fn keep(motion: &Motion, limits: Bounds) -> usize {
 
 /// The best of what the divisions lead to, and whether it was solved to the end.
 fn attempt(
-    ways: &[Vec<f64>],
-    limits: Bounds,
-    ends: &Ends,
+    window: &Window,
     guess: Option<&Motion>,
     watch: &Watch,
 ) -> (Option<(Motion, bool)>, usize) {
+    let Window { ways, limits, ends, .. } = *window;
     let mut best: Option<Motion> = None;
     let rests = ends.are_at_rest();
     let bound = if rests { stopping(ways, limits).duration() } else { f64::INFINITY };
@@ -155,7 +158,7 @@ fn attempt(
         if watch.is_over() {
             break;
         }
-        let (mut problem, mut point, units) = pose(ways, limits, ends, cells[0], BARRIER[0]);
+        let (mut problem, mut point, units) = pose(window, cells[0], BARRIER[0]);
         if hastily && !hasten(&problem, &mut point, BARRIER[0]) {
             continue;
         }
