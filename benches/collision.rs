@@ -48,7 +48,7 @@ fn forward_kinematics(c: &mut Criterion) {
     let mut description = description();
     let robot = Robot::new(description.clone()).unwrap();
     let state = [0.3, -0.7, 0.2, -2.0, 0.4, 1.5, 0.7];
-    let mut frames = LinkFrames::new(7);
+    let mut frames = LinkFrames::new(robot.kinematics().unwrap());
     c.bench_function("forward kinematics, one state", |b| {
         b.iter(|| robot.kinematics().unwrap().forward(black_box(&state), &mut frames));
     });

@@ -110,6 +110,27 @@ pub(super) fn path_job() -> Value {
     })
 }
 
+/// A robot around a pillar, to where its tool shall be.
+pub(super) fn motion_job() -> Value {
+    json!({
+        "robot": "ur5e",
+        "scene": {
+            "obstacles": [{
+                "name": "pillar",
+                "shape": { "type": "box", "size": [0.12, 0.12, 1.2] },
+                "pose": { "position": [0.55, 0, 0.2] },
+            }],
+        },
+        "limits": { "acceleration": 8, "jerk": 80 },
+        "task": {
+            "type": "motion",
+            "start": { "joints": [-0.9, -1.2, 1.4, -1.8, -1.57, 0] },
+            "goal": { "joints": [0.9, -1.2, 1.4, -1.8, -1.57, 0] },
+            "clearance_m": 0.02,
+        },
+    })
+}
+
 /// Two methods compared on functions with known optima; no robot is needed.
 pub(super) fn benchmark_job() -> Value {
     json!({

@@ -40,6 +40,7 @@ const LONGEST_WAIT_S: u64 = 60;
         ("family" = (summary = "One motion with less and less acceleration", value = json!(examples::family_job()))),
         ("comparison" = (summary = "Methods compared on a motion", value = json!(examples::comparison_job()))),
         ("path" = (summary = "A way around obstacles", value = json!(examples::path_job()))),
+        ("motion" = (summary = "A robot around obstacles", value = json!(examples::motion_job()))),
         ("benchmark" = (summary = "Methods compared on functions", value = json!(examples::benchmark_job()))),
     )),
     params(
