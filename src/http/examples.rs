@@ -118,7 +118,7 @@ pub(super) fn motion_job() -> Value {
             "obstacles": [{
                 "name": "pillar",
                 "shape": { "type": "box", "size": [0.12, 0.12, 1.2] },
-                "pose": { "position": [0.55, 0, 0.2] },
+                "pose": { "position": [-0.55, 0, 0.2] },
             }],
         },
         "limits": { "acceleration": 8, "jerk": 80 },
@@ -126,7 +126,7 @@ pub(super) fn motion_job() -> Value {
             "type": "motion",
             "start": { "joints": [-0.9, -1.2, 1.4, -1.8, -1.57, 0] },
             "goal": { "joints": [0.9, -1.2, 1.4, -1.8, -1.57, 0] },
-            "clearance_m": 0.02,
+            "clearance_m": 0.01,
         },
     })
 }
