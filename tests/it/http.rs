@@ -451,7 +451,7 @@ async fn the_examples_in_the_api_description_work() {
     let server = Server::start().await;
     let api = server.json("/openapi.json").await;
     for (method, path, name, count) in [
-        (Method::POST, "/v1/jobs", "", 7),
+        (Method::POST, "/v1/jobs", "", 8),
         (Method::PUT, "/v1/robots/{name}", "gantry", 1),
         (Method::POST, "/v1/robots/{name}/fk", "ur5e", 1),
         (Method::POST, "/v1/robots/{name}/ik", "ur5e", 1),
