@@ -81,8 +81,9 @@ fn no_motion_is_called_free_that_fine_steps_find_blocked() {
     assert_eq!(doubtful, 0);
 }
 
+/// `cargo test --release --test collision none_of_a_hundred -- --ignored`
 #[test]
-#[ignore = "a hundred thousand motions: many minutes in release"]
+#[ignore = "many minutes in release; the line above runs it"]
 fn none_of_a_hundred_thousand_motions_is_called_free_that_fine_steps_find_blocked() {
     let [free, blocked, doubtful] = compare(100_000 / ROBOTS.len() + 1, 2);
     println!("{free} free, {blocked} blocked, {doubtful} of them without a reason found");

@@ -49,8 +49,9 @@ fn states_are_free_where_the_reference_says_so() {
     assert!(free > 2000 && touching > 1500, "{free} free, {touching} touching");
 }
 
+/// `cargo test --release --test collision a_million -- --ignored`
 #[test]
-#[ignore = "a million states: minutes in release"]
+#[ignore = "minutes in release; the line above runs it"]
 fn a_million_states_are_free_where_the_reference_says_so() {
     let [free, touching] = compare(1_000_000 / ROBOTS.len() + 1, 2);
     println!("{free} free, {touching} touching");

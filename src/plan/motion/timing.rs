@@ -11,6 +11,7 @@ use super::travel::{Part, Travelled};
 use crate::budget::Budget;
 use crate::collision::{ClearanceError, ProvenClearance};
 use crate::plan::error::{PlanCode, PlanError};
+use crate::plan::prepare::MAX_WAYPOINTS;
 use crate::plan::prepared::{PreparedPlan, Progress};
 use crate::plan::result::{PlanResult, TrajectoryResult};
 use crate::plan::waypoints;
@@ -56,6 +57,10 @@ pub fn timed(
         if let (true, Err(error)) = (near.is_empty(), least) {
             return Err(unproven(&error, result));
         }
+        // What is divided again and again has no room at all, and every round costs twice as much.
+        if points.len() > MAX_WAYPOINTS {
+            break;
+        }
     }
     Err(given_up(path))
 }
@@ -99,10 +104,9 @@ fn divide(points: &mut Vec<Vec<f64>>, segment: usize) {
 fn given_up(path: &[Vec<f64>]) -> PlanError {
     PlanError {
         code: PlanCode::NotFree,
-        message: format!(
-            "a free path was found, but no timing that stays free although what came too near was halved {ROUNDS} \
-             times; ask for less clearance or take jerk_limited"
-        ),
+        message: "a free path was found, but no timing that stays free although what came too near was halved \
+                  again and again; ask for less clearance or take jerk_limited"
+            .to_owned(),
         details: json!({ "path": path }),
         partial: None,
     }
